@@ -3,7 +3,6 @@
 #include <sstream>
 
 #include "../support/driver.hpp"
-#include "../support/process.hpp"
 #include "programs.hpp"
 
 namespace tapestry::benchmarks {

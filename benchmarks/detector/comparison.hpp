@@ -77,16 +77,9 @@ inline void start(Comparison& comparison, std::size_t rival, const NetworkFiles&
   const Variant& variant = comparison.rivals[rival];
   const std::string threads = std::to_string(comparison.threads);
   std::vector<std::string> command{folders.programs / variant.program,
-                                   "--cfg",
-                                   files.cfg,
-                                   "--weights",
-                                   files.weights,
-                                   "--size",
-                                   std::to_string(size),
-                                   "--threads",
-                                   threads,
-                                   "--engine",
-                                   variant.engine};
+                                   // The network, and how it runs.
+                                   "--cfg", files.cfg, "--weights", files.weights, "--size",
+                                   std::to_string(size), "--threads", threads, "--engine", variant.engine};
   if (variant.engine.empty()) command.resize(command.size() - 2);
   if (comparison.wants_gradient) command.emplace_back("--gradient");
   comparison.contestants[rival].start(command, worker_environment(comparison.threads), folders.work);

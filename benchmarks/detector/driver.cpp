@@ -1,6 +1,5 @@
 // detector: speed and error of YOLO-V3 networks, ours beside oneDNN, libtorch, OpenCV and Darknet
 
-#include "../support/driver.hpp"
 #include "comparison.hpp"
 
 namespace tapestry::benchmarks {

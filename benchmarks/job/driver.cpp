@@ -4,7 +4,6 @@
 #include <map>
 
 #include "../support/driver.hpp"
-#include "../support/process.hpp"
 
 namespace tapestry::benchmarks {
 namespace {

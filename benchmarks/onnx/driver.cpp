@@ -63,10 +63,9 @@ struct Comparison {
   Comparison comparison{case_name, problem.threads};
   for (const Variant& rival : rivals) {
     std::vector<std::string> command = rival.command;
-    for (const std::string& word :
-         {std::string("--model"), problem.model, std::string("--input"), problem.input, std::string("--size"),
-          std::to_string(problem.size), std::string("--threads"), std::to_string(problem.threads)})
-      command.push_back(word);
+    command.insert(command.end(),
+                   {"--model", problem.model, "--input", problem.input, "--size",
+                    std::to_string(problem.size), "--threads", std::to_string(problem.threads)});
     if (rival.wants_gradient) command.emplace_back("--gradient");
     comparison.contestants.push_back({{case_name, rival.name, problem.threads}});
     comparison.contestants.back().start(command, {"OMP_NUM_THREADS=" + std::to_string(problem.threads)},

@@ -88,16 +88,10 @@ inline void start(Comparison& comparison, std::size_t rival, const Folders& fold
   const Variant& variant = comparison.rivals[rival];
   const std::string threads = std::to_string(comparison.threads);
   std::vector<std::string> command{folders.programs / variant.program,
-                                   "--distance",
-                                   formatted("%g", comparison.distance),
-                                   "--size",
-                                   std::to_string(comparison.size),
-                                   "--threads",
-                                   threads,
-                                   "--stage",
-                                   comparison.stage,
-                                   "--variant",
-                                   variant.name};
+                                   // The scene, and what is done with it.
+                                   "--distance", formatted("%g", comparison.distance), "--size",
+                                   std::to_string(comparison.size), "--threads", threads, "--stage",
+                                   comparison.stage, "--variant", variant.name};
   if (!mesh.empty()) command.insert(command.end(), {"--mesh", mesh});
   comparison.contestants[rival].start(command, {"OMP_NUM_THREADS=" + threads}, folders.work);
 }

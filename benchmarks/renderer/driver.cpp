@@ -1,6 +1,5 @@
 // renderer: speed and error of visibility, frames and gradients of a car, ours beside Embree and llvmpipe
 
-#include "../support/driver.hpp"
 #include "comparison.hpp"
 
 namespace tapestry::benchmarks {

@@ -40,8 +40,7 @@ class TapestryRenderer {
       run_ = [this](const auto& camera) { motion_ = vertex_gradient(camera); };
     }
     if (options.stage == "texture-backward" || is_cached)
-      for (const geometry::Camera& camera : scene.cameras)
-        operators_.push_back(raster::with_tiles(operator_of(body_, camera)));  // used again and again
+      for (const geometry::Camera& camera : scene.cameras) operators_.push_back(operator_of(body_, camera));
     if (options.stage == "texture-backward" || options.stage == "step")
       texels_adjoint_ = zeros<float, 2>(scene.texels.shape());
     if (!run_ && operators_.empty())

@@ -40,7 +40,6 @@ int run_worker(int argc, char** argv, const std::string& variants) {
   app.add_option("--seconds", seconds, "Run that long, print the times and leave");
   return shell::run_program(app, argc, argv, [&] {
     Replies replies;
-    shell::keep_freed_memory();
     const Scene scene = make_scene(options.mesh, options.distance);
     Renderer engine(scene, options);
     run_or_serve(engine, replies, seconds);

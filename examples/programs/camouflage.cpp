@@ -91,7 +91,6 @@ int run(const CLI::App& app, const char* program, CamouflageOptions& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  keep_freed_memory();
   CamouflageOptions options;
   auto app = command_line(
       "Optimises a full-coverage camouflage for a car against a detector, for robustness research, and "

@@ -36,13 +36,14 @@ void describe(CLI::App& app, Options& options) {
                  "added to variances inside the root: 1e-5 in Darknet on GPUs, 1e-6 in OpenCV");
   app.add_option(
       "--decode", options.decode,
-      "how logits become boxes: {darknet}, {ultralytics} or {scaled}; the output file states it from "
-      "now on. Left out, the cfg decides: scaled for new_coords=1, else darknet");
+      std::string(decode_help) +
+          "; the output file states it from now on. Left out, the cfg decides: scaled for new_coords=1, else "
+          "darknet");
 }
 
 void require_sound(const CLI::App& app, const Options& options) {
   ProblemList list;
-  if (!options.decode.empty()) list.require_choice("--decode", options.decode, decode_choices());
+  if (!options.decode.empty()) list.require_choice("--decode", options.decode, words_in(decode_help));
   list.require(options.epsilon > 0 && options.epsilon < 1, "--batch-norm-epsilon must lie between 0 and 1");
   list.require_kept("--output", options.output, {options.cfg, options.weights});
   list.require(options.output.ends_with(".onnx"), "--output " + options.output + " must end in .onnx");

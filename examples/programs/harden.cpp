@@ -32,7 +32,6 @@ int run(const CLI::App& app, const char* program, HardenOptions& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  keep_freed_memory();
   HardenOptions options;
   auto app = command_line(
       "Fine-tunes a detector against optimised car paint (adversarial training), for robustness research, "

@@ -1,5 +1,4 @@
 // Puts any car into street scenes or photographs: frames to optimise on and frames held out.
-#include <atomic>
 #include <tapestry/io/obj_file.hpp>
 
 #include "../scenes/drawn_frames.hpp"
@@ -275,18 +274,17 @@ class FrameDrawing {
  public:
   FrameDrawing(const Options& options, const scenes::Vehicle& vehicle, const std::vector<Photograph>& all)
       : options_(options), vehicle_(vehicle) {
-    for (const bool held_out : {false, true})
+    for (const bool held_out : {false, true}) {
       if (options.one_street) streets_[held_out ? 1 : 0] = first_street(held_out);
-    if (all.empty()) return;
-    train_ = share_of(all, options.train, options.test, false);
-    test_ = share_of(all, options.train, options.test, true);
+      if (!all.empty()) pictures_[held_out ? 1 : 0] = share_of(all, options.train, options.test, held_out);
+    }
   }
 
   [[nodiscard]] io::Frame operator()(const FramePlace& place) const {
     const auto [held_out, index] = place;
     const std::size_t count = count_of(held_out);
     Random random = numbers_of(held_out, options_.one_street ? streets_[held_out ? 1 : 0] : index);
-    const auto& pictures = held_out ? test_ : train_;
+    const auto& pictures = pictures_[held_out ? 1 : 0];
     io::Frame frame =
         pictures.empty() ? scenes::make_frame(random, scene_options(options_, vehicle_, index, count, random),
                                               options_.size)
@@ -325,8 +323,9 @@ class FrameDrawing {
 
   const Options& options_;
   const scenes::Vehicle& vehicle_;
-  std::vector<Photograph> train_, test_;
-  std::array<std::uint64_t, 2> streets_{};  ///< to optimise on and held out
+  // To optimise on and held out.
+  std::array<std::vector<Photograph>, 2> pictures_;
+  std::array<std::uint64_t, 2> streets_{};
 };
 
 void write_frames(const Options& options, const FrameDrawing& draw, bool held_out) {

@@ -1,5 +1,4 @@
 // Draws a mesh, painted or in its own colours: one picture, or a turntable.
-#include <tapestry/core/finite.hpp>
 #include <tapestry/image/crop.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/npy.hpp>
@@ -444,13 +443,8 @@ geometry::Camera camera_of_pose(const Options& o, const PictureSettings& picture
   camera.tan_half_fov_x = std::tan(o.fov * rad_per_deg / 2);
   camera.tan_half_fov_y =
       camera.tan_half_fov_x * static_cast<double>(picture.height) / static_cast<double>(picture.width);
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) {
-      const double product = geometry::dot(camera.rotation[i], camera.rotation[j]);
-      if (std::abs(product - (i == j ? 1 : 0)) > 1e-3)
-        throw Error(ErrorKind::usage, "--pose holds no rotation; expected three orthonormal rows [R | t]");
-    }
-  }
+  if (!geometry::is_orthonormal(camera.rotation, 1e-3))
+    throw Error(ErrorKind::usage, "--pose holds no rotation; expected three orthonormal rows [R | t]");
   return camera;
 }
 
@@ -507,15 +501,11 @@ void export_scene(const std::string& path, const PaintedScene& scene) {
   if (!scene.layout.traits().is_one_colour) return (is_glb ? io::write_glb : io::write_obj)(path, mesh);
   mesh.face_materials.resize(mesh.faces.size(), -1);
   const auto paint = static_cast<std::int32_t>(mesh.materials.size());
-  mesh.materials.push_back({io::unused_material_name(mesh, "paint"),
-                            {scene.texels(0, 0), scene.texels(0, 1), scene.texels(0, 2)}});
-  bool is_used = false;
-  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
-    if (scene.painted[face] == 0) continue;
-    mesh.face_materials[face] = paint;
-    is_used = true;
-  }
-  if (!is_used) mesh.materials.pop_back();
+  if (std::ranges::any_of(scene.painted, [](std::uint8_t is_painted) { return is_painted != 0; }))
+    mesh.materials.push_back({io::unused_material_name(mesh, "paint"),
+                              {scene.texels(0, 0), scene.texels(0, 1), scene.texels(0, 2)}});
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face)
+    if (scene.painted[face] != 0) mesh.face_materials[face] = paint;
   (is_glb ? io::write_glb : io::write_obj)(path, mesh);
 }
 
@@ -671,8 +661,8 @@ int run(const CLI::App& app, Options& o) {
   const auto claims = claimed_files(outputs_of(o));
   const io::Frame frame = o.frame.empty() ? io::Frame{} : io::read_frame(o.frame);
   const auto scene = load_scene(app, o, o.normalise || (!o.frame.empty() && !frame.camera));
-  PictureSettings picture{o.size.back(), o.size.front(), o.samples, {}};
-  for (std::size_t c = 0; c < 3; ++c) picture.background[c] = o.background[c];
+  const PictureSettings picture{
+      o.size.back(), o.size.front(), o.samples, {o.background[0], o.background[1], o.background[2]}};
   const Shots shots = shots_of(o, scene, frame, picture);
   if (!o.panels.empty()) remark(o.panels + ": " + write_panels(o, scene));
   const std::string written = write_view(o, scene, shots, picture);

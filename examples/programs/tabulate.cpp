@@ -98,9 +98,8 @@ std::vector<std::string> notes_of(const Comparison& comparison) {
       "Effect: matched noise minus camouflage, in the same views; odds: those of being found with matched "
       "noise over those with the camouflage. Their intervals are over views and, where there are several, "
       "seeds, else draws (two levels); those of P@0.5 and of odds are put together from both shares' in log "
-      "odds, of one seed and draw those of P@0.5 by Newcombe's method for paired shares. Odds are - "
-      "where they may be below a tenth as well as above ten. Intervals of shares: Wilson's, over the "
-      "same levels.",
+      "odds, of one seed and draw those of P@0.5 by Newcombe's method for paired shares. Odds are - where "
+      "they may be below a tenth as well as above ten. Intervals of shares: Wilson's, over the same levels.",
       commits.empty()
           ? std::string("Which commits made it is not known.")
           : "Made by commit" + std::string(commit->second.size() == 1 ? " " : "s ") + commits + "."};

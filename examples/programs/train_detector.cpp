@@ -25,8 +25,7 @@ void describe(CLI::App& app, Options& o) {
   app.get_option("--weights")
       ->description(
           "weights to start from, Darknet's or an .onnx model; random ones when left out. For drawn scenes "
-          "one "
-          "of convert_weights, whose own cfg is then taken for --cfg");
+          "one of convert_weights, whose own cfg is then taken for --cfg");
   add_options(app, o.tuning.training, {"steps", "batch", "learning-rate", "validate-every", "seed"});
   add_resume_options(app, o.tuning);
   app.option_defaults()->group("Training");
@@ -214,7 +213,6 @@ int run(const CLI::App& app, const char* program, Options& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  keep_freed_memory();
   auto app = command_line(
       "Trains a detector on labelled pictures (--dataset), and writes it as it was best on held-out ones, "
       "with a report; or trains a small one on procedural street scenes, and writes Darknet weights.");

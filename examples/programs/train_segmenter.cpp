@@ -38,9 +38,8 @@ void describe(CLI::App& app, Options& o) {
 using HeldOutScenes = std::vector<HeldOut<SegmentedScene>>;
 
 double mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double value : values) sum += value;
-  return sum / std::max(1.0, static_cast<double>(values.size()));
+  return std::accumulate(values.begin(), values.end(), 0.0) /
+         std::max(1.0, static_cast<double>(values.size()));
 }
 
 /// Prints the overlap of the mask with the silhouette: for its largest piece, and for the piece in the car's

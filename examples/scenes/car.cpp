@@ -11,18 +11,11 @@ void add_wheel(MeshBuilder& builder, const Point& outer, double radius, const Ca
   struct Step {
     double radius, depth;  ///< relative to the wheel's radius; metres inwards
   };
-  static constexpr std::array<Step, 9> profile{{{0.0, 0.02},
-                                                {0.2, 0.02},
-                                                {0.62, 0.035},
-                                                {0.68, 0.0},
-                                                {0.93, 0.0},
-                                                {1.0, 0.03},
-                                                {1.0, 0.18},
-                                                {0.93, 0.21},
-                                                {0.0, 0.21}}};
+  static constexpr Step profile[] = {{0.0, 0.02}, {0.2, 0.02}, {0.62, 0.035}, {0.68, 0.0}, {0.93, 0.0},
+                                     {1.0, 0.03}, {1.0, 0.18}, {0.93, 0.21},  {0.0, 0.21}};
   const double sign = outer[1] > 0 ? 1 : -1;
   std::vector<std::int32_t> inner, ring(sectors);
-  for (std::size_t step = 0; step < profile.size(); ++step) {
+  for (std::size_t step = 0; step < std::size(profile); ++step) {
     for (std::size_t sector = 0; sector < sectors; ++sector) {
       const double angle = 2 * std::numbers::pi * static_cast<double>(sector) / static_cast<double>(sectors);
       const double r = profile[step].radius * radius;
@@ -49,6 +42,7 @@ void add_mirrors(MeshBuilder& builder, const CarShape& shape, std::int32_t mater
   builder.box({x - 0.06, y - 0.05, z}, {x + 0.05, y + 0.13, z + 0.13}, material);
   builder.box({x - 0.06, -y - 0.13, z}, {x + 0.05, -y + 0.05, z + 0.13}, material);
 }
+
 /// Rounds to tenths of a millimetre, uv to 10⁻⁴, so that the mesh's file is short and exact.
 void round_coordinates(geometry::Mesh& mesh) {
   for (Point& position : mesh.positions)

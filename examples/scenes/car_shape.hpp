@@ -6,12 +6,16 @@ namespace tapestry::scenes {
 
 enum class BodyStyle { sedan, hatchback, suv, van };
 
-/// Shape of one body style: curves along the car and a few positions. Metres; x to the front, y to the left,
-/// z up, the origin on the ground under the centre.
-struct CarShape {
+/// Positions of a body style.
+struct CarPositions {
   double rear, front;  ///< x of the end sections
   double underside;    ///< z
   double wheel_radius, rear_axle, front_axle;
+};
+
+/// Shape of one body style: curves along the car and a few positions. Metres; x to the front, y to the left,
+/// z up, the origin on the ground under the centre.
+struct CarShape : CarPositions {
   Curve top;             ///< z on the centre line: boot, rear window, roof, windscreen, bonnet
   Curve belt;            ///< z at which the side ends and the shoulder or window begins
   Curve half_width;      ///< y at the widest height
@@ -30,12 +34,7 @@ struct CarShape {
 }
 
 [[nodiscard]] inline CarShape sedan_shape() {
-  return {-2.22,
-          2.20,
-          0.20,
-          0.33,
-          -1.34,
-          1.38,
+  return {{-2.22, 2.20, 0.20, 0.33, -1.34, 1.38},
           curve({-2.22, 0.93, -2.05, 1.00, -1.72, 1.04, -0.98, 1.37, -0.65, 1.43, -0.10, 1.46,
                  0.30,  1.42, 0.50,  1.36, 1.12,  1.00, 1.30,  0.95, 1.80,  0.86, 2.20,  0.73}),
           curve({-2.22, 0.86, -1.70, 0.95, -1.00, 0.95, 0.00, 0.91, 1.00, 0.87, 1.60, 0.80, 2.20, 0.66}),
@@ -51,12 +50,7 @@ struct CarShape {
 }
 
 [[nodiscard]] inline CarShape hatchback_shape() {
-  return {-1.92,
-          1.98,
-          0.20,
-          0.32,
-          -1.24,
-          1.26,
+  return {{-1.92, 1.98, 0.20, 0.32, -1.24, 1.26},
           curve({-1.92, 1.02, -1.86, 1.08, -1.52, 1.42, -1.30, 1.47, -0.40, 1.52, 0.10,
                  1.50,  0.36, 1.43,  1.06, 1.03,  1.22, 0.97,  1.65, 0.88,  1.98, 0.75}),
           curve({-1.92, 0.96, -1.40, 0.99, -0.60, 0.96, 0.20, 0.92, 1.00, 0.89, 1.50, 0.82, 1.98, 0.68}),
@@ -71,12 +65,7 @@ struct CarShape {
 }
 
 [[nodiscard]] inline CarShape suv_shape() {
-  return {-2.18,
-          2.16,
-          0.26,
-          0.37,
-          -1.34,
-          1.36,
+  return {{-2.18, 2.16, 0.26, 0.37, -1.34, 1.36},
           curve({-2.18, 1.18, -2.12, 1.26, -1.88, 1.60, -1.70, 1.66, -0.60, 1.72, 0.15,
                  1.69,  0.42, 1.60,  1.02, 1.20,  1.18, 1.14,  1.75, 1.06,  2.16, 0.96}),
           curve({-2.18, 1.10, -1.60, 1.12, -0.60, 1.10, 0.20, 1.07, 1.00, 1.05, 1.60, 1.00, 2.16, 0.88}),
@@ -91,12 +80,7 @@ struct CarShape {
 }
 
 [[nodiscard]] inline CarShape van_shape() {
-  return {-2.62,
-          2.44,
-          0.26,
-          0.36,
-          -1.62,
-          1.62,
+  return {{-2.62, 2.44, 0.26, 0.36, -1.62, 1.62},
           curve({-2.62, 2.10, -2.52, 2.19, -2.30, 2.22, 0.60, 2.22, 0.90, 2.17,
                  1.12,  2.04, 1.72,  1.30, 1.86,  1.22, 2.20, 1.13, 2.44, 1.02}),
           curve({-2.62, 1.16, 0.00, 1.16, 1.20, 1.12, 1.80, 1.06, 2.44, 0.90}),

@@ -18,8 +18,7 @@ struct LabelledScene {
 /// less than a quarter of them shows, fewer than 16 pixels of area, or less than 5 pixels in one direction.
 [[nodiscard]] LabelledScene draw_labelled(Random random, const SceneOptions& options, std::size_t size);
 
-/// Changes of a training picture from the drawn one: a gain for each
-/// channel, and perhaps mirrored.
+/// Changes of a training picture from the drawn one: a gain for each channel, and perhaps mirrored.
 struct Variation {
   bool mirrored = false;
   Colour gain{1, 1, 1};

@@ -31,30 +31,18 @@ namespace tapestry::scenes {
 
 /// A colour that cars are sold in.
 [[nodiscard]] inline Colour car_colour(Random& random) {
-  static constexpr std::array<Colour, 14> sold{{{0.88F, 0.88F, 0.87F},
-                                                {0.80F, 0.80F, 0.78F},
-                                                {0.07F, 0.07F, 0.08F},
-                                                {0.14F, 0.15F, 0.16F},
-                                                {0.36F, 0.37F, 0.39F},
-                                                {0.52F, 0.53F, 0.55F},
-                                                {0.68F, 0.69F, 0.71F},
-                                                {0.55F, 0.06F, 0.06F},
-                                                {0.75F, 0.10F, 0.08F},
-                                                {0.10F, 0.18F, 0.42F},
-                                                {0.22F, 0.38F, 0.62F},
-                                                {0.10F, 0.26F, 0.18F},
-                                                {0.62F, 0.54F, 0.40F},
-                                                {0.86F, 0.66F, 0.12F}}};
-  return varied(random, sold[random.index(sold.size())], 0.05);
+  static constexpr Colour sold[] = {{0.88F, 0.88F, 0.87F}, {0.80F, 0.80F, 0.78F}, {0.07F, 0.07F, 0.08F},
+                                    {0.14F, 0.15F, 0.16F}, {0.36F, 0.37F, 0.39F}, {0.52F, 0.53F, 0.55F},
+                                    {0.68F, 0.69F, 0.71F}, {0.55F, 0.06F, 0.06F}, {0.75F, 0.10F, 0.08F},
+                                    {0.10F, 0.18F, 0.42F}, {0.22F, 0.38F, 0.62F}, {0.10F, 0.26F, 0.18F},
+                                    {0.62F, 0.54F, 0.40F}, {0.86F, 0.66F, 0.12F}};
+  return varied(random, sold[random.index(std::size(sold))], 0.05);
 }
 
 [[nodiscard]] inline PaintKind any_paint(Random& random) {
-  static constexpr std::array<std::pair<PaintKind, double>, 6> shares{{{PaintKind::realistic, 0.40},
-                                                                       {PaintKind::solid, 0.30},
-                                                                       {PaintKind::two_tone, 0.10},
-                                                                       {PaintKind::stripes, 0.04},
-                                                                       {PaintKind::patches, 0.04},
-                                                                       {PaintKind::texel_noise, 0.12}}};
+  static constexpr std::pair<PaintKind, double> shares[] = {
+      {PaintKind::realistic, 0.40}, {PaintKind::solid, 0.30},   {PaintKind::two_tone, 0.10},
+      {PaintKind::stripes, 0.04},   {PaintKind::patches, 0.04}, {PaintKind::texel_noise, 0.12}};
   double draw = random.uniform();
   for (const auto& [kind, share] : shares)
     if ((draw -= share) < 0) return kind;

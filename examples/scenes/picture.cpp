@@ -8,13 +8,6 @@
 
 namespace tapestry::scenes {
 namespace {
-/// Direction of the ray through a pixel's centre, in the world, z of view space being 1.
-Point pixel_ray(const geometry::Camera& camera, double row, double column, double height, double width) {
-  return geometry::multiply_transposed(camera.rotation,
-                                       {(2 * (column + 0.5) / width - 1) * camera.tan_half_fov_x,
-                                        (2 * (row + 0.5) / height - 1) * camera.tan_half_fov_y, 1});
-}
-
 Colour sky_colour(const Scene& scene, const Point& ray) {
   const double up = std::clamp(ray[2] / geometry::length(ray) * 2.2, 0.0, 1.0);
   const double t = std::sqrt(up);
@@ -56,15 +49,15 @@ class Shader {
 
   /// Sum of the colours of one pixel's samples.
   /// \param samples  the faces of the pixel's samples
-  [[nodiscard]] Colour operator()(const std::int32_t* samples, std::size_t count, std::size_t row,
+  [[nodiscard]] Colour operator()(const std::array<std::int32_t, 4>& samples, std::size_t row,
                                   std::size_t column) const {
     Colour sum{};
     float ground = -1;
     Colour sky{-1, 0, 0};
-    for (std::size_t s = 0; s < count; ++s) {
-      const auto face = static_cast<std::size_t>(samples[s]);
+    for (const std::int32_t sample : samples) {
+      const auto face = static_cast<std::size_t>(sample);
       Colour colour{};
-      if (samples[s] < 0) {
+      if (sample < 0) {
         if (sky[0] < 0) sky = background(row, column);
         colour = sky;
       } else if (face < textured_faces_) {
@@ -91,9 +84,14 @@ class Shader {
     return colour;
   }
 
+  /// Direction of the ray through a pixel's centre, in the world, z of view space being 1.
   [[nodiscard]] Point ray(std::size_t row, std::size_t column) const {
-    return pixel_ray(scene_.camera, static_cast<double>(row), static_cast<double>(column),
-                     static_cast<double>(height_), static_cast<double>(width_));
+    const auto place = [](std::size_t pixel, std::size_t count) {
+      return 2 * (static_cast<double>(pixel) + 0.5) / static_cast<double>(count) - 1;
+    };
+    const geometry::Camera& camera = scene_.camera;
+    return geometry::multiply_transposed(camera.rotation, {place(column, width_) * camera.tan_half_fov_x,
+                                                           place(row, height_) * camera.tan_half_fov_y, 1});
   }
 
   void paint_car() {
@@ -205,7 +203,7 @@ Picture draw_scene(const Scene& scene, std::size_t height, std::size_t width) {
     for (std::size_t column = 0; column < width; ++column) {
       const std::int32_t* const first = buffer.face.data() + 4 * row * width + 2 * column;
       const std::array<std::int32_t, 4> samples{first[0], first[1], first[2 * width], first[2 * width + 1]};
-      const Colour sum = shader(samples.data(), samples.size(), row, column);
+      const Colour sum = shader(samples, row, column);
       for (std::size_t c = 0; c < 3; ++c) {
         float value = sum[c] / 4;
         if (scene.sensor_noise > 0) value += static_cast<float>(scene.sensor_noise * nearly_normal(noise));

@@ -76,16 +76,10 @@ inline Colour muted_colour(Random& random) {
   const auto lid = builder.material("", scaled(colour, 0.6));
   const auto band = builder.material("", scaled(colour, 1.3));
   const double r = random.uniform(0.22, 0.38), h = random.uniform(0.8, 1.15);
-  detail::add_turned(builder,
-                     {{0.85 * r, 0},
-                      {0.93 * r, 0.6 * h},
-                      {0.95 * r, 0.7 * h},
-                      {r, 0.88 * h},
-                      {1.1 * r, 0.88 * h},
-                      {1.1 * r, 0.95 * h},
-                      {0.6 * r, h},
-                      {0, h}},
-                     12, {body, band, body, lid, lid, lid, lid});
+  const std::vector<std::array<double, 2>> profile{
+      {0.85 * r, 0},       {0.93 * r, 0.6 * h}, {0.95 * r, 0.7 * h}, {r, 0.88 * h},
+      {1.1 * r, 0.88 * h}, {1.1 * r, 0.95 * h}, {0.6 * r, h},        {0, h}};
+  detail::add_turned(builder, profile, 12, {body, band, body, lid, lid, lid, lid});
   return {std::move(builder.mesh()), r, true, h};
 }
 

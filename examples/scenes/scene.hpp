@@ -1,5 +1,4 @@
 #pragma once
-#include <tuple>
 
 #include "car_shape.hpp"
 #include "vehicle.hpp"

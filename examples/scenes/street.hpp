@@ -22,14 +22,10 @@ struct StreetPlan {
 }
 
 [[nodiscard]] inline Colour surface_colour(Random& random) {
-  static constexpr std::array<Colour, 7> surfaces{{{0.24F, 0.24F, 0.25F},
-                                                   {0.33F, 0.33F, 0.34F},
-                                                   {0.44F, 0.43F, 0.42F},
-                                                   {0.58F, 0.57F, 0.54F},
-                                                   {0.25F, 0.36F, 0.14F},
-                                                   {0.42F, 0.34F, 0.24F},
-                                                   {0.52F, 0.36F, 0.30F}}};
-  return weathered(random, surfaces[random.index(surfaces.size())], 0.08);
+  static constexpr Colour surfaces[] = {{0.24F, 0.24F, 0.25F}, {0.33F, 0.33F, 0.34F}, {0.44F, 0.43F, 0.42F},
+                                        {0.58F, 0.57F, 0.54F}, {0.25F, 0.36F, 0.14F}, {0.42F, 0.34F, 0.24F},
+                                        {0.52F, 0.36F, 0.30F}};
+  return weathered(random, surfaces[random.index(std::size(surfaces))], 0.08);
 }
 
 [[nodiscard]] inline StreetPlan make_street(Random& random) {

@@ -24,14 +24,14 @@ int main() {
 
   // Constants: for each photograph the map from paint to picture, the background, and the place of
   // the car.
-  std::vector<std::shared_ptr<const raster::TextureOperator<float>>> views;
+  std::vector<std::shared_ptr<const raster::CompactOperator<float>>> views;
   std::vector<image::Backdrop<float>> backdrops;
   std::vector<loss::Target> targets;
   for (const char* name : {"003", "027", "041", "058"}) {
     const auto frame = io::read_frame(assets + "frames/test/" + name + ".npz");
-    views.push_back(std::make_shared<const raster::TextureOperator<float>>(
+    views.push_back(std::make_shared<const raster::CompactOperator<float>>(raster::compacted(
         raster::texture_operator<float>(car, *frame.camera, detector.input_height(), detector.input_width(),
-                                        io::frame_light(frame, car.space))));
+                                        io::frame_light(frame, car.space)))));
     backdrops.emplace_back(image::from_bytes<float>(frame.image), views.back());
     targets.push_back({frame.label->class_index, frame.label->box});
   }

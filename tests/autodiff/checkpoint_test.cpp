@@ -10,8 +10,7 @@ using tapestry::DomainError, tapestry::Tape, tapestry::Variable, tapestry::test:
 namespace {
 using Variables = std::span<const Variable<double>>;
 
-/// A rotation that slowly shrinks, a hundred steps of it: the state's length falls
-/// to 0.99^100 of the first.
+/// A rotation that slowly shrinks, a hundred steps of it: the state's length falls to 0.99^100 of the first.
 std::vector<Variable<double>> hundred_steps(Variables state) {
   Variable<double> x = state[0], y = state[1];
   for (int i = 0; i < 100; ++i) {

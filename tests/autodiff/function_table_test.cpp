@@ -121,8 +121,7 @@ void check_bounds(const std::string& name, const Worst& worst, const std::array<
   }
 }
 
-/// Terms of derivatives whose sums cancel; the bound of digamma beside its
-/// roots below −20 is absolute.
+/// Terms of derivatives whose sums cancel; the bound of digamma beside its roots below −20 is absolute.
 Sizes sizes_by_name(const std::string& name, const Row& row) {
   const double by_root = row[0] < -20 ? 0x1p-10 : 0;
   if (name == "sigmoid") return {0, 0, 0, row[2]};

@@ -1,4 +1,3 @@
-
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/mesh_writers.hpp>
 #include <tapestry/io/obj_file.hpp>

@@ -5,7 +5,6 @@
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/obj_file.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/paint.hpp"
 #include "../support/paths.hpp"
 #include "../support/threads.hpp"
@@ -43,7 +42,8 @@ Array<double, 3> drawn(const raster::PaintedMesh& body, const geometry::Camera& 
   return picture;
 }
 
-io::Frame photographed(const raster::PaintedMesh& body, const raster::OutdoorLight& light) {
+template <class Light>
+io::Frame photographed(const raster::PaintedMesh& body, const Light& light) {
   io::Frame frame;
   frame.name = "ball";
   frame.camera = geometry::look_at({2, -3, 1.5}, {0, 0, 0}, {0, 0, 1}, 0.6);
@@ -52,6 +52,14 @@ io::Frame photographed(const raster::PaintedMesh& body, const raster::OutdoorLig
   for (std::size_t i = 0; i < picture.size(); ++i)
     frame.image.data()[i] = static_cast<std::uint8_t>(std::lround(255 * std::min(1.0, picture.data()[i])));
   return frame;
+}
+
+/// Settings of photographs of the known paint.
+camouflage::PhotoLight of_paint(bool coat) {
+  camouflage::PhotoLight settings;
+  settings.paint = paint;
+  settings.coat = coat;
+  return settings;
 }
 
 /// Mean and greatest difference of two lights over the points of a frame.
@@ -128,10 +136,7 @@ TEST_CASE("sun and sky are found again from a photograph of known paint", "[camo
   const auto body = ball();
   const auto light = afternoon(body.mesh);
   const auto frame = photographed(body, light);
-  camouflage::PhotoLight settings;
-  settings.paint = paint;
-  settings.coat = false;
-  const auto estimate = camouflage::photo_light(frame, body, settings);
+  const auto estimate = camouflage::photo_light(frame, body, of_paint(false));
   REQUIRE(estimate);
   CHECK(angle(estimate->light.direction, light.direction) <= 0.05);
   CHECK(estimate->error <= 0.01);
@@ -148,10 +153,7 @@ TEST_CASE("trim and dirt over a fifth of the car hardly change its light", "[cam
   for (std::size_t pixel = 0; pixel < side * side; ++pixel)
     if (random.index(5) == 0)
       for (std::size_t c = 0; c < 3; ++c) frame.image.data()[3 * pixel + c] = 8;
-  camouflage::PhotoLight settings;
-  settings.paint = paint;
-  settings.coat = false;
-  const auto estimate = camouflage::photo_light(frame, body, settings);
+  const auto estimate = camouflage::photo_light(frame, body, of_paint(false));
   REQUIRE(estimate);
   CHECK(angle(estimate->light.direction, light.direction) <= 0.08);
   CHECK(difference(body, frame, estimate->light, light)[0] <= 0.04);
@@ -246,19 +248,11 @@ double mean_difference(const Array<double, 3>& a, const Array<double, 3>& b) {
 TEST_CASE("a lacquered car's photograph tells how it looks in another paint", "[camouflage][light]") {
   const auto body = ball();
   const auto truth = street(body.mesh);
-  io::Frame frame;
-  frame.camera = geometry::look_at({2, -3, 1.5}, {0, 0, 0}, {0, 0, 1}, 0.6);
-  const auto picture = drawn(body, *frame.camera, truth, paint, side, side);
-  frame.image = Array<std::uint8_t, 3>(Extents<3>{side, side, 3});
-  for (std::size_t i = 0; i < picture.size(); ++i)
-    frame.image.data()[i] = static_cast<std::uint8_t>(std::lround(255 * std::min(1.0, picture.data()[i])));
+  const io::Frame frame = photographed(body, truth);
   const std::array<double, 3> other{0.7, 0.1, 0.05};
   std::array<std::array<double, 2>, 2> off{};
   for (const bool coat : {false, true}) {
-    camouflage::PhotoLight settings;
-    settings.paint = paint;
-    settings.coat = coat;
-    const auto estimate = camouflage::photo_light(frame, body, settings);
+    const auto estimate = camouflage::photo_light(frame, body, of_paint(coat));
     REQUIRE(estimate);
     const auto under = [&](const std::array<double, 3>& colour) {
       return mean_difference(drawn(body, *frame.camera, estimate->light, colour, side, side),

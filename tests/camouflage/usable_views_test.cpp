@@ -1,4 +1,3 @@
-
 #include "../support/catch.hpp"
 #include "../support/tiny_scene.hpp"
 

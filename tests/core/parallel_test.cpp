@@ -1,4 +1,6 @@
+#include <tapestry/core/array.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/core/platform/memory.hpp>
 
 #include <chrono>
 #include <memory>
@@ -163,4 +165,20 @@ TEST_CASE("fewer threads than one are one", "[core][parallel]") {
   CHECK(tapestry::thread_count() == 1);
   tapestry::limit_threads(-3);
   CHECK(tapestry::thread_count() == 1);
+}
+
+TEST_CASE("threads share a pool without sharing a block", "[core][platform]") {
+  const std::size_t before = tapestry::platform::PagePool::shared().use().in_use;
+  std::vector<int> wrong(16, 0);
+  tapestry::parallel_for(wrong.size(), [&](std::size_t i) {
+    for (int round = 0; round < 20; ++round) {
+      tapestry::Array<int, 1> array(
+          tapestry::Extents<1>{tapestry::platform::PagePool::smallest / sizeof(int) + 64 * i});
+      const int value = static_cast<int>(i) * 100 + round;
+      std::fill(array.begin(), array.end(), value);
+      for (const int element : array) wrong[i] += element != value ? 1 : 0;
+    }
+  });
+  CHECK(std::all_of(wrong.begin(), wrong.end(), [](int count) { return count == 0; }));
+  CHECK(tapestry::platform::PagePool::shared().use().in_use == before);
 }

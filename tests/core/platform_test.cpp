@@ -5,6 +5,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 
 #include "../support/catch.hpp"
 
@@ -135,6 +136,53 @@ TEST_CASE("pages are aligned as their size asks for, to the last byte", "[core][
     void* const memory = platform::allocate_pages(size);
     CHECK(reinterpret_cast<std::uintptr_t>(memory) % (size < 2U << 20U ? 64U : 2U << 20U) == 0);
     std::memset(memory, 1, size);
-    platform::FreePages()(memory);
+    platform::FreePages{size}(memory);
   }
+}
+
+TEST_CASE("a pool hands released blocks out again and never holds more than was once in use",
+          "[core][platform]") {
+  platform::PagePool pool;
+  constexpr std::size_t mib = std::size_t(1) << 20U;
+  void* const first = pool.take(3 * mib);
+  void* const second = pool.take(mib);
+  CHECK(pool.use().in_use == 4 * mib);
+  pool.give(first, 3 * mib);
+  pool.give(second, mib);
+  CHECK(pool.use().in_use == 0);
+  if (!platform::PagePool::keeps_blocks) {
+    CHECK(pool.use().kept == 0);
+    return;
+  }
+  CHECK(pool.use().kept == 4 * mib);
+
+  CHECK(pool.take(3 * mib - 1) == first);  // of the same class
+  void* const other = pool.take(2 * mib);  // none is kept of this class: the one of 1 MiB leaves
+  CHECK(pool.use().kept == 0);
+  CHECK(pool.use().peak == 5 * mib);
+  pool.give(first, 3 * mib - 1);
+  pool.give(other, 2 * mib);
+  CHECK(pool.use().kept == 5 * mib);
+  pool.release();
+  CHECK(pool.use().kept == 0);
+  CHECK(pool.use().peak == 0);
+}
+
+TEST_CASE("a pool's blocks hold what was asked for, up to sizes that no system has", "[core][platform]") {
+  platform::PagePool pool;
+  for (std::size_t size = platform::PagePool::smallest; size < (std::size_t(8) << 20U);
+       size += size / 7 + 1) {
+    void* const memory = pool.take(size);
+    CHECK(reinterpret_cast<std::uintptr_t>(memory) % platform::alignment_for(size) == 0);
+    CHECK(pool.use().in_use >= size);
+    CHECK(pool.use().in_use <= size + size / 8 + 1);
+    std::memset(memory, 1, size);
+    pool.give(memory, size);
+  }
+  pool.release();
+  constexpr std::size_t most = std::numeric_limits<std::size_t>::max();
+  CHECK_THROWS_AS(pool.take(most), std::bad_alloc);
+  CHECK_THROWS_AS(pool.take(most / 2), std::bad_alloc);
+  CHECK_THROWS_AS(platform::PageAllocator<double>().allocate(most / 4), std::bad_alloc);
+  CHECK(pool.use().in_use == 0);
 }

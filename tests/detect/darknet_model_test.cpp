@@ -1,7 +1,6 @@
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/pointers_to.hpp"
 #include "../support/random_array.hpp"

@@ -4,7 +4,6 @@
 #include <tapestry/optim/adam.hpp>
 
 #include "../support/active_tape.hpp"
-#include "../support/catch.hpp"
 #include "../support/cfg_text.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"

@@ -2,7 +2,6 @@
 
 #include <tapestry/io/darknet/model_file.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/pointers_to.hpp"
 #include "../support/random_model.hpp"

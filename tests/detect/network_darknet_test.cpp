@@ -3,7 +3,6 @@
 #include <tapestry/detect/box_decode_variable.hpp>
 #include <tapestry/image/batch.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/differential.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_cfg.hpp"
@@ -129,19 +128,12 @@ bool is_known_to_darknet(const detect::NetworkConfig& config) {
   }
   return regions == 0 || heads == 1;
 }
-
-tapestry::test::RandomCfg random_cfg_for_darknet(std::uint64_t seed) {
-  for (std::uint64_t attempt = 0;; ++attempt) {
-    tapestry::test::RandomCfg cfg(tapestry::Random(seed).fork(attempt).bits());
-    if (is_known_to_darknet(cfg.config())) return cfg;
-  }
-}
 }  // namespace
 
 TEST_CASE("logits of random networks equal those of Darknet", "[detect][darknet][differential]") {
   DifferentialRun run("random networks against Darknet", 4);
   while (run.next()) {
-    const auto cfg = random_cfg_for_darknet(run.seed());
+    const auto cfg = random_cfg_where(is_known_to_darknet, run.seed());
     INFO(run.repeat() << "\n" << cfg.text());
     const TemporaryFolder folder;
     // Rounding of at most a dozen layers; some cancels. A wrong layer differs by O(1).

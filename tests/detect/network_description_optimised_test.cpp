@@ -1,4 +1,3 @@
-
 #include <tapestry/detect/kept_picture.hpp>
 
 #include "../support/differential.hpp"

@@ -3,7 +3,6 @@
 
 #include <opencv2/dnn.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/differential.hpp"
 #include "../support/random_array.hpp"
 #include "../support/random_cfg.hpp"
@@ -84,19 +83,12 @@ bool is_known_to_opencv(const detect::NetworkConfig& config) {
   }
   return has_head;
 }
-
-RandomCfg random_cfg_for_opencv(std::uint64_t seed) {
-  for (std::uint64_t attempt = 0;; ++attempt) {
-    RandomCfg cfg(Random(seed).fork(attempt).bits());
-    if (is_known_to_opencv(cfg.config())) return cfg;
-  }
-}
 }  // namespace
 
 TEST_CASE("logits of random networks equal those of OpenCV", "[detect][opencv][differential]") {
   DifferentialRun run("random networks against OpenCV", 4);
   while (run.next()) {
-    const auto cfg = random_cfg_for_opencv(run.seed());
+    const auto cfg = random_cfg_where(is_known_to_opencv, run.seed());
     INFO(run.repeat() << "\n" << cfg.text());
     const TemporaryFolder folder;
     auto config = cfg.config();
@@ -111,7 +103,7 @@ TEST_CASE("random Darknet networks written as ONNX models have their logits in O
   DifferentialRun run("Darknet networks as ONNX models in OpenCV", 4);
   std::size_t compared = 0, refused = 0;  // OpenCV 4.6 has no product of two maps of one value
   while (run.next()) {
-    const auto cfg = random_cfg_for_opencv(run.seed());
+    const auto cfg = random_cfg_where(is_known_to_opencv, run.seed());
     INFO(run.repeat() << "\n" << cfg.text());
     const auto network = random_model<float>(cfg.config(), run.seed());
     const auto images = random_array<float>({1, network.input_height(), network.input_width(), 3}, 7);

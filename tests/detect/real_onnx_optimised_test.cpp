@@ -1,4 +1,3 @@
-
 #include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/io/frame_file.hpp>
@@ -6,6 +5,7 @@
 
 #include "../support/kept_pass.hpp"
 #include "../support/paths.hpp"
+#include "../support/relative_distance.hpp"
 
 using namespace tapestry;
 
@@ -90,15 +90,6 @@ void check_cars(const std::string& name, const detect::Detector<float>& detector
     CHECK(std::abs(box.h * scale - expected.h) <= 1);
   }
 }
-
-double relative_distance(const Array<float, 4>& a, const Array<double, 4>& b) {
-  double difference = 0, length = 0;
-  for (std::size_t i = 0; i < b.size(); ++i) {
-    difference += std::pow(static_cast<double>(a.data()[i]) - b.data()[i], 2);
-    length += b.data()[i] * b.data()[i];
-  }
-  return std::sqrt(difference / length);
-}
 }  // namespace
 
 TEST_CASE("trained networks from ONNX files find the cars that ONNX Runtime finds", "[detect][onnx][real]") {
@@ -147,7 +138,7 @@ TEST_CASE("float follows double through trained ONNX networks", "[detect][onnx][
     single.forward(network_input<float>("data1"), pass);
     twice.forward(network_input<double>("data1"), reference);
     for (std::size_t h = 0; h < pass.logits.size(); ++h) {
-      const double distance = relative_distance(pass.logits[h], reference.logits[h]);
+      const double distance = test::relative_distance(pass.logits[h], reference.logits[h]);
       INFO(name << " head " << h << ": " << distance);
       CHECK(distance <= 5e-6);
     }
@@ -199,8 +190,8 @@ TEST_CASE("a car's gradient through trained ONNX networks is that of central dif
     twice.forward(input, pass);
     const CarLogit car_logit = surest_car(pass.logits);
     const auto gradient = gradient_of(twice, input, car_logit);
-    const double distance =
-        relative_distance(gradient_of(load<float>(name), network_input<float>("data1"), car_logit), gradient);
+    const double distance = test::relative_distance(
+        gradient_of(load<float>(name), network_input<float>("data1"), car_logit), gradient);
     INFO(name << ": float differs by " << distance);
     CHECK(distance <= 2e-5);  // no kink is held
     Random random(5);

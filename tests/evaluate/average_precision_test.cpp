@@ -2,7 +2,6 @@
 
 #include <tapestry/core/random.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/threads.hpp"
 
 namespace evaluate = tapestry::evaluate;

@@ -1,6 +1,5 @@
 #include <tapestry/evaluate/controls.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/charts.hpp"
 #include "../support/random_array.hpp"
 #include "../support/threads.hpp"
@@ -23,42 +22,38 @@ void check_same_values(const Array<float, 2>& a, const Array<float, 2>& b,
     CHECK(test::sorted_values(a, chart, c) == test::sorted_values(b, chart, c));
 }
 
+/// \param band         of the spectra, so many frequencies wide
+/// \param distance     the most of the spectra
+/// \param correlation  the most that the correlations of channels, which go together in the original, differ
+void check_noise(const raster::TextureChart& chart, std::uint64_t seed, std::size_t band, double distance,
+                 double correlation) {
+  const auto colours = test::blotched_colours(chart, seed);
+  const auto noise = evaluate::matched_noise(colours, {chart}, Random(seed));
+  check_same_values(noise, colours, chart);
+  const double white = test::spectrum_distance(test::white_noise_of(colours, seed), colours, chart, band);
+  const double found = test::spectrum_distance(noise, colours, chart, band);
+  CHECK(found < distance);
+  CHECK(found < white / 4);
+  for (std::size_t c = 0; c < 3; ++c)
+    CHECK(std::abs(test::correlation(noise, c, noise, (c + 1) % 3, chart) -
+                   test::correlation(colours, c, colours, (c + 1) % 3, chart)) < correlation);
+}
+
 }  // namespace
 
 TEST_CASE("matched noise of a full box has its values exactly, and its spectrum nearly",
           "[evaluate][matched_noise]") {
   for (const std::array<std::size_t, 2> extent : {std::array<std::size_t, 2>{24, 40}, {21, 35}, {1, 400}})
     for (const std::uint64_t seed : {1U, 2U, 3U}) {
-      const auto chart = test::rectangle_chart(extent[0], extent[1]);
       CAPTURE(extent[0], extent[1], seed);
-      const auto colours = test::blotched_colours(chart, seed);
-      const auto noise = evaluate::matched_noise(colours, {chart}, Random(seed));
-      check_same_values(noise, colours, chart);
-      const double white = test::spectrum_distance(test::white_noise_of(colours, seed), colours, chart);
-      const double distance = test::spectrum_distance(noise, colours, chart);
-      CHECK(distance < 0.2);
-      CHECK(distance < white / 4);
-      for (std::size_t c = 0; c < 3; ++c)  // as channels go together in the original
-        CHECK(std::abs(test::correlation(noise, c, noise, (c + 1) % 3, chart) -
-                       test::correlation(colours, c, colours, (c + 1) % 3, chart)) < 0.05);
+      check_noise(test::rectangle_chart(extent[0], extent[1]), seed, 1, 0.2, 0.05);
     }
 }
 
 TEST_CASE("matched noise of a chart within its box has its values exactly, and its spectrum in bands",
           "[evaluate][matched_noise]") {
   const auto chart = test::chart_of(32, 48, in_ellipse);
-  for (const std::uint64_t seed : {1U, 2U, 3U}) {
-    const auto colours = test::blotched_colours(chart, seed);
-    const auto noise = evaluate::matched_noise(colours, {chart}, Random(seed));
-    check_same_values(noise, colours, chart);
-    const double white = test::spectrum_distance(test::white_noise_of(colours, seed), colours, chart, 3);
-    const double distance = test::spectrum_distance(noise, colours, chart, 3);
-    CHECK(distance < 0.16);
-    CHECK(distance < white / 4);
-    for (std::size_t c = 0; c < 3; ++c)
-      CHECK(std::abs(test::correlation(noise, c, noise, (c + 1) % 3, chart) -
-                     test::correlation(colours, c, colours, (c + 1) % 3, chart)) < 0.15);
-  }
+  for (const std::uint64_t seed : {1U, 2U, 3U}) check_noise(chart, seed, 3, 0.16, 0.15);
 }
 
 TEST_CASE("matched noise has nothing of the design", "[evaluate][matched_noise]") {
@@ -108,8 +103,7 @@ TEST_CASE("matched noise of charts without room for it", "[evaluate][matched_noi
                              test::chart_of(20, 20, [](auto row, auto column) { return row == column; })}) {
     const auto noise = evaluate::matched_noise(colours, {narrow}, Random(1));
     CHECK((noise != colours));
-    for (std::size_t c = 0; c < 3; ++c)
-      CHECK(test::sorted_values(noise, narrow, c) == test::sorted_values(colours, narrow, c));
+    check_same_values(noise, colours, narrow);
   }
 }
 

@@ -1,6 +1,5 @@
 #include <tapestry/evaluate/controls.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/charts.hpp"
 #include "../support/threads.hpp"
 #include "../support/tiny_scene.hpp"

@@ -1,6 +1,5 @@
 #include <tapestry/evaluate/measurement.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/charts.hpp"
 #include "../support/random_array.hpp"
 #include "../support/threads.hpp"

@@ -8,8 +8,7 @@
 namespace {
 using namespace tapestry::fuzz;
 
-/// Throws unless the target takes its seeds; also throws on a variant that is
-/// neither taken nor refused.
+/// Throws unless the target takes its seeds; also throws on a variant that is neither taken nor refused.
 std::size_t replay(const Target& target) {
   std::size_t count = 0;
   for (const std::string& seed : target.seeds()) {

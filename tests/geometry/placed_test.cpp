@@ -78,6 +78,7 @@ TEST_CASE("an appended mesh keeps its attributes, and what one of the two lacks 
   CHECK(geometry::material_colour(mesh, 0) == geometry::Material{}.colour);
   CHECK(geometry::material_colour(mesh, 2) == std::array<float, 3>{1, 0, 0});
   CHECK(geometry::material_colour(mesh, 3) == geometry::Material{}.colour);
+  CHECK(geometry::material_colour(mesh, 4) == geometry::Material{}.colour);
   CHECK(mesh.face_groups == std::vector<std::int32_t>{-1, 0, 1, -1});
   CHECK(mesh.face_normals.size() == 4);
   REQUIRE(mesh.vertex_colours.size() == 12);

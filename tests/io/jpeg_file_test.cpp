@@ -49,12 +49,7 @@ std::string frame_header(int marker, int bits, int height, int width, int channe
 }  // namespace
 
 TEST_CASE("JPEGs that are not read are refused by their header", "[io][jpeg][bad_input]") {
-  const struct {
-    const char* label;
-    std::string file;
-    ErrorKind kind;
-    const char* text;
-  } rows[] = {
+  const BadContent rows[] = {
       {"I06 cut", "\xff\xd8\xff\xdb", ErrorKind::malformed, "a.jpg:@4: JPEG ends before its picture data"},
       {"I06 length", "\xff\xd8\xff\xdb\xff\xff", ErrorKind::malformed, "JPEG segment is cut"},
       {"I06 marker", "\xff\xd8\xff\xdb\0\2xx"s, ErrorKind::malformed, "JPEG ends before its picture data"},
@@ -69,8 +64,8 @@ TEST_CASE("JPEGs that are not read are refused by their header", "[io][jpeg][bad
       {"I11 channels", frame_header(0xC0, 8, 4, 4, 2), ErrorKind::malformed, "4 (CMYK), found 2"},
   };
   const test::TemporaryFolder folder;
-  for (const auto& row : rows) {
-    INFO(row.label);
+  for (const BadContent& row : rows) {
+    INFO(row.id);
     const std::string path = folder.write("a.jpg", row.file);
     check_refused(row.kind, row.text, [&] { (void)io::read_image(path); });
     check_refused(ErrorKind::malformed, "expected a PNG, found a JPEG", [&] { (void)io::read_mask(path); });

@@ -40,14 +40,11 @@ TEST_CASE("utf8_prefix ends where the text is no longer well-formed", "[io][json
   CHECK(io::utf8_prefix("") == 0);
   CHECK(io::utf8_prefix("aé€😀") == 10);
   CHECK(io::utf8_prefix("\xED\x9F\xBF\xEE\x80\x80\xF4\x8F\xBF\xBF") == 10);  // beside surrogates; the last
-  const std::vector<std::string> faulty = {"\x80",         "\xC3",
-                                           "\xC3(",        "\xC0\x80",
-                                           "\xC1\xBF",     "\xE0\x9F\xBF",
-                                           "\xED\xA0\x80", "\xF0\x8F\xBF\xBF",
-                                           "\xE2\x82",     "\xF4\x90\x80\x80",
-                                           "\xFF",         "\xF5\x80\x80\x80",
-                                           "\xE2\x82(",    "\xF0\x9F\x98",
-                                           "\xF0\x9F\x98("};
+  const std::vector<std::string> faulty = {"\x80", "\xFF",
+                                           // Cut, overlong, of surrogates, beyond the last.
+                                           "\xC3", "\xC3(", "\xC0\x80", "\xC1\xBF", "\xE0\x9F\xBF",
+                                           "\xED\xA0\x80", "\xF0\x8F\xBF\xBF", "\xE2\x82", "\xF4\x90\x80\x80",
+                                           "\xF5\x80\x80\x80", "\xE2\x82(", "\xF0\x9F\x98", "\xF0\x9F\x98("};
   for (const auto& fault : faulty) CHECK(io::utf8_prefix("ab" + fault) == 2);
 }
 
@@ -111,18 +108,15 @@ TEST_CASE("N17: read_json refuses what is not sound JSON", "[io][json][bad_input
 }
 
 TEST_CASE("read_json takes every text that a parser must take", "[io][json]") {
-  // The rules of RFC 8259 as the JSONTestSuite (Seriot, Parsing JSON is a Minefield)
-  // tests them, with new cases.
+  // The rules of RFC 8259 as the JSONTestSuite (Seriot, Parsing JSON is a Minefield) tests them, with new
+  // cases.
   const std::vector<std::pair<std::string, std::string>> rows = {
       // Arrays and white space.
       {"[[]   ]", "[[]]"},
-      {"[\"\"]", "[\"\"]"},
-      {"[]", "[]"},
       {"[\"a\"]\n", "[\"a\"]"},
       {"[null, 1, \"1\", {}]", "[null,1,\"1\",{}]"},
       {"[1\n]", "[1]"},
       {" [1]", "[1]"},
-      {"[1,null,null,null,2]", "[1,null,null,null,2]"},
       {"[2] ", "[2]"},
       {"\t\r\n[ \t\r\n]\t\r\n", "[]"},
       // Numbers.
@@ -133,72 +127,54 @@ TEST_CASE("read_json takes every text that a parser must take", "[io][json]") {
       {"[-0." + std::string(77, '0') + "1]", "[-1e-78]"},
       {"[20e1]", "[200.0]"},
       {"[-0]", "[0]"},
-      {"[-0.0]", "[-0.0]"},
-      {"[-123]", "[-123]"},
-      {"[-1]", "[-1]"},
       {"[1E22]", "[1e+22]"},
       {"[1E-2]", "[0.01]"},
       {"[1E+2]", "[100.0]"},
       {"[123e45]", "[1.23e+47]"},
       {"[123.456e78]", "[1.23456e+80]"},
       {"[1e-2]", "[0.01]"},
-      {"[123]", "[123]"},
-      {"[123.456789]", "[123.456789]"},
       {"[0.5, 10.25]", "[0.5,10.25]"},
-      {"[-9223372036854775808]", "[-9223372036854775808]"},
       // Objects.
       {R"({"asd":"sdf", "dfg":"fgh"})", R"({"asd":"sdf","dfg":"fgh"})"},
-      {R"({"asd":"sdf"})", R"({"asd":"sdf"})"},
-      {"{}", "{}"},
-      {R"({"":0})", R"({"":0})"},
       {R"({"foo\u0000bar": 42})", R"({"foo\u0000bar":42})"},
       {R"({ "min": -1.0e+28, "max": 1.0e+28 })", R"({"max":1e+28,"min":-1e+28})"},
-      {R"({"a":[]})", R"({"a":[]})"},
       {"{\n\"a\": \"b\"\n}", R"({"a":"b"})"},
       // Strings.
       {R"(["\u0060\u012a\u12AB"])", "[\"`Īካ\"]"},
       {R"(["\uD801\udc37"])", "[\"\xF0\x90\x90\xB7\"]"},
       {R"(["\ud83d\ude39\ud83d\udc8d"])", "[\"\xF0\x9F\x98\xB9\xF0\x9F\x92\x8D\"]"},
       {R"(["\"\\\/\b\f\n\r\t"])", R"(["\"\\/\b\f\n\r\t"])"},
-      {R"(["\\u0000"])", R"(["\\u0000"])"},
-      {R"(["\""])", R"(["\""])"},
-      {R"(["a/*b*/c/*d//e"])", R"(["a/*b*/c/*d//e"])"},
-      {R"(["\\a"])", R"(["\\a"])"},
-      {R"(["\\n"])", R"(["\\n"])"},
-      {R"(["\u0012"])", R"(["\u0012"])"},
       {R"(["\uFFFF"])", "[\"\xEF\xBF\xBF\"]"},
       {R"(["\uDBFF\uDFFF"])", "[\"\xF4\x8F\xBF\xBF\"]"},
       {R"(["new\u00A0line"])", "[\"new\xC2\xA0line\"]"},
-      {"[\"\xF4\x8F\xBF\xBF\"]", "[\"\xF4\x8F\xBF\xBF\"]"},
-      {"[\"\xEF\xBF\xBF\"]", "[\"\xEF\xBF\xBF\"]"},
-      {R"(["\u0000"])", R"(["\u0000"])"},
       {R"(["\u002c"])", R"([","])"},
       {"[\"\xCF\x80\"]", "[\"π\"]"},
-      {"[\"\xF0\x9B\xBF\xBF\"]", "[\"\xF0\x9B\xBF\xBF\"]"},
-      {"\" \"", "\" \""},
       {R"(["\uD834\uDd1e"])", "[\"\xF0\x9D\x84\x9E\"]"},
       {R"(["\u0821\u0123"])", "[\"\xE0\xA0\xA1\xC4\xA3\"]"},
       {"[\"\xE2\x80\xA8\xE2\x80\xA9\"]", "[\"\xE2\x80\xA8\xE2\x80\xA9\"]"},  // U+2028, U+2029
       {R"(["\u005C\u0022"])", R"(["\\\""])"},
       {R"(["\u200B\u2064\uFDD0\uFFFE"])", "[\"\xE2\x80\x8B\xE2\x81\xA4\xEF\xB7\x90\xEF\xBF\xBE\"]"},
-      {"[\"€𝄞\"]", "[\"€𝄞\"]"},
-      {"[\"a\x7F"
-       "a\"]",
-       "[\"a\x7F"
-       "a\"]"},
-      // A value alone.
-      {"false", "false"},
-      {"42", "42"},
-      {"-0.1", "-0.1"},
-      {"null", "null"},
-      {"\"asd\"", "\"asd\""},
-      {"true", "true"},
-      {"\"\"", "\"\""},
   };
   for (const auto& [text, expected] : rows) {
     INFO(text);
     CHECK(value_of(text).dump() == expected);
   }
+  const std::vector<std::string> unchanged = {
+      // Arrays.
+      "[\"\"]", "[]", "[1,null,null,null,2]",
+      // Numbers.
+      "[-0.0]", "[-123]", "[-1]", "[123]", "[123.456789]", "[-9223372036854775808]",
+      // Objects.
+      R"({"asd":"sdf"})", "{}", R"({"":0})", R"({"a":[]})",
+      // Strings.
+      R"(["\\u0000"])", R"(["\""])", R"(["a/*b*/c/*d//e"])", R"(["\\a"])", R"(["\\n"])", R"(["\u0012"])",
+      R"(["\u0000"])", "[\"\xF4\x8F\xBF\xBF\"]", "[\"\xEF\xBF\xBF\"]", "[\"\xF0\x9B\xBF\xBF\"]", "[\"€𝄞\"]",
+      "[\"a\x7F"
+      "a\"]",
+      "\" \"",
+      // A value alone.
+      "false", "42", "-0.1", "null", "\"asd\"", "true", "\"\""};
+  for (const auto& text : unchanged) CHECK(value_of(text).dump() == text);
 }
 
 TEST_CASE("read_json refuses every text that a parser must refuse", "[io][json][bad_input]") {
@@ -237,8 +213,7 @@ TEST_CASE("read_json refuses every text that a parser must refuse", "[io][json][
       "[ false, tru", "[ true, fals", R"({"asd":"asd")", "å", "[\xE2\x81\xA0]", "\xE2\x81\xA0", "[\f]",
       "[\xC2\xA0]", "// one\n[]", "[] []", std::string(100000, '['),
       // A parser may take these: texts that are not UTF-8, lone surrogates, numbers beyond double, and,
-      // stricter than
-      // others, more than 64 levels.
+      // stricter than others, more than 64 levels.
       "[\"\xEF\xBF\"]", "[\"\xE6\x97\xA5\xD1\x88\xFA\"]", "[\"\xFF\"]", "[\"\x81\"]", "[\"\xC0\xAF\"]",
       "[\"\xFC\x83\xBF\xBF\xBF\xBF\"]", "[\"\xE0\xFF\"]", "[\"\xF4\xBF\xBF\xBF\"]", "[\"\xED\xA0\x80\"]",
       "\xFF\xFE[\0\"\0\xE9\0\"\0]\0"s, "\0[\0\"\0\xE9\0\"\0]"s, R"({"\uDFAA":0})", R"(["\uDADA"])",

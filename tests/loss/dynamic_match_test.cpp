@@ -19,12 +19,6 @@ loss::DynamicMatches matches_of(const TinyHeads& detector, const Logits& logits,
                                TinyHeads::input_width());
 }
 
-Logits flat_logits(const TinyHeads& detector) {
-  auto logits = detector.logits<double>(1, 1);
-  for (auto& head : logits) head.fill(0);
-  return logits;
-}
-
 /// The rule literally: the full table of costs, with plain probabilities, and minima sought one by one.
 Found table_of_costs(const TinyHeads& detector, const Logits& logits,
                      const std::vector<loss::Target>& truths) {
@@ -139,21 +133,16 @@ TEST_CASE("dynamic_matches are those of the full table of costs", "[loss][dynami
   CHECK(shared > 0);  // cells that more than one truth wants
 }
 
-TEST_CASE("no boxes have no matches", "[loss][dynamic_match]") {
-  const TinyHeads detector(DecodeFamily::yolox);
-  CHECK(matches_of(detector, flat_logits(detector), {{}}).front().empty());
-}
-
 TEST_CASE("a box smaller than a cell has a match near it", "[loss][dynamic_match]") {
   const TinyHeads detector(DecodeFamily::yolox);
-  const auto matches = matches_of(detector, flat_logits(detector), {{{1, {41, 30, 1, 2}}}}).front();
+  const auto matches = matches_of(detector, detector.flat_logits(), {{{1, {41, 30, 1, 2}}}}).front();
   REQUIRE(matches.size() == 1);
   CHECK(matches[0].candidate.head == 2);  // the box of the finest head, 8 × 8, has the largest share of it
 }
 
 TEST_CASE("two boxes on one cell: it has the one that costs less", "[loss][dynamic_match]") {
   const TinyHeads detector(DecodeFamily::yolox);
-  auto logits = flat_logits(detector);
+  auto logits = detector.flat_logits();
   logits[2](0, 5 + 1, 3, 5) = 3;  // the cell of x 40 to 48 and y 24 to 32 predicts class 1
   const loss::Target one{0, {40, 24, 9, 9}}, other{1, {40, 24, 9, 9}};  // logits 0: a cell's corner, 8 × 8
   for (const auto& truths : {std::vector{one, other}, std::vector{other, one}}) {
@@ -169,7 +158,7 @@ TEST_CASE("two boxes on one cell: it has the one that costs less", "[loss][dynam
 
 TEST_CASE("tied costs go to the first cell and the first truth", "[loss][dynamic_match]") {
   const TinyHeads detector(DecodeFamily::yolox);
-  auto logits = flat_logits(detector);
+  auto logits = detector.flat_logits();
   for (std::size_t h = 0; h < 2; ++h) {  // no box of the coarse heads meets the truth
     for (std::size_t i = 0; i < logits[h].size(); ++i) logits[h].data()[i] = 0;
     for (std::size_t row = 0; row < logits[h].shape(2); ++row)
@@ -186,23 +175,21 @@ TEST_CASE("tied costs go to the first cell and the first truth", "[loss][dynamic
   }
 }
 
-TEST_CASE("a box outside the picture is left out, one that reaches in is not", "[loss][dynamic_match]") {
+TEST_CASE("boxes outside the picture or without area are left out, one that reaches in is not",
+          "[loss][dynamic_match]") {
   const TinyHeads detector(DecodeFamily::yolox);
-  const auto logits = flat_logits(detector);
-  CHECK(matches_of(detector, logits, {{{0, {400, 400, 20, 20}}}}).front().empty());
-  CHECK_FALSE(matches_of(detector, logits, {{{0, {-5, 20, 60, 30}}}}).front().empty());
-}
-
-TEST_CASE("a box without area is left out", "[loss][dynamic_match]") {
-  const TinyHeads detector(DecodeFamily::yolox);
-  CHECK(matches_of(detector, flat_logits(detector), {{{0, {40, 24, 0, 20}}, {0, {40, 24, 20, -3}}}})
-            .front()
-            .empty());
+  const auto is_left_out = [&](const std::vector<loss::Target>& boxes) {
+    return matches_of(detector, detector.flat_logits(), {boxes}).front().empty();
+  };
+  CHECK(is_left_out({}));
+  CHECK(is_left_out({{0, {400, 400, 20, 20}}}));
+  CHECK_FALSE(is_left_out({{0, {-5, 20, 60, 30}}}));
+  CHECK(is_left_out({{0, {40, 24, 0, 20}}, {0, {40, 24, 20, -3}}}));
 }
 
 TEST_CASE("saturated logits still have finite costs", "[loss][dynamic_match]") {
   const TinyHeads detector(DecodeFamily::yolox);
-  auto logits = flat_logits(detector);
+  auto logits = detector.flat_logits();
   for (auto& head : logits)
     for (std::size_t i = 0; i < head.size(); ++i) head.data()[i] = i % 2 == 0 ? 1e4 : -1e4;
   const auto found = matches_of(detector, logits, {{{1, {40, 24, 20, 20}}}});
@@ -216,7 +203,7 @@ TEST_CASE("saturated logits still have finite costs", "[loss][dynamic_match]") {
 
 TEST_CASE("dynamic_matches refuses what it cannot match", "[loss][dynamic_match]") {
   const TinyHeads detector(DecodeFamily::yolox);
-  auto logits = flat_logits(detector);
+  auto logits = detector.flat_logits();
   CHECK_THROWS_AS(matches_of(detector, logits, {}), DomainError);
   CHECK_THROWS_AS(matches_of(detector, detector.logits<double>(2, 1), {{}}), ShapeError);
   CHECK_THROWS_WITH(matches_of(detector, logits, {{{3, {1, 1, 1, 1}}}}), "dynamic_matches: class 3 of 3");

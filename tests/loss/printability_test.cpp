@@ -1,7 +1,6 @@
 #include <tapestry/loss/printability.hpp>
 
 #include "../support/active_tape.hpp"
-#include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/random_array.hpp"
 #include "../support/threads.hpp"

@@ -23,17 +23,13 @@ std::vector<detect::Head> two_heads(DecodeFamily decode = DecodeFamily::darknet)
   return heads;
 }
 
-Logits logits_of(const std::vector<detect::Head>& heads, std::uint64_t seed, std::size_t images = 2) {
+Logits logits_of(const std::vector<detect::Head>& heads, std::uint64_t seed, std::size_t images = 2,
+                 double range = 1) {
   Logits logits;
   for (std::size_t i = 0; i < heads.size(); ++i)
-    logits.push_back(test::random_array<double>(
-        {images, 2 * (5 + classes), heads[i].grid_height, heads[i].grid_width}, seed * 10 + i, -1, 1));
-  return logits;
-}
-
-Logits zero_logits(const std::vector<detect::Head>& heads) {
-  Logits logits = logits_of(heads, 1, 1);
-  for (auto& head : logits) head.fill(0);
+    logits.push_back(
+        test::random_array<double>({images, 2 * (5 + classes), heads[i].grid_height, heads[i].grid_width},
+                                   seed * 10 + i, -range, range));
   return logits;
 }
 
@@ -43,7 +39,7 @@ const loss::Truths two_images{{{0, {33, 20, 28, 22}}, {1, {10, 50, 9, 7}}}, {{1,
 
 TEST_CASE("yolo_training at logits 0 equals the terms worked out by hand", "[loss][yolo_training]") {
   const auto heads = two_heads();
-  const auto logits = zero_logits(heads);
+  const auto logits = logits_of(heads, 1, 1, 0);
   // Best anchor 30 × 20, cell (1, 2): its centre (33, 20) is 1/16 and 1/4 into the cell of 16 px.
   const loss::Truths truths{{{0, {33, 20, 28, 22}}}};
   const auto terms = loss::yolo_training(heads, loss::to_read(logits), truths, size, size);
@@ -58,7 +54,7 @@ TEST_CASE("yolo_training at logits 0 equals the terms worked out by hand", "[los
 
 TEST_CASE("yolo_training of ultralytics heads equals the terms worked out by hand", "[loss][yolo_training]") {
   const auto heads = two_heads(DecodeFamily::ultralytics);
-  const auto logits = zero_logits(heads);
+  const auto logits = logits_of(heads, 1, 1, 0);
   const loss::Truths truths{{{0, {33, 20, 28, 22}}}};
   const auto terms = loss::yolo_training(heads, loss::to_read(logits), truths, size, size);
   const double weight = 2 - 28 * 22.0 / (64 * 64), once = std::log(2.0);
@@ -78,7 +74,7 @@ TEST_CASE("yolo_training of ultralytics heads equals the terms worked out by han
 TEST_CASE("yolo_training wants no more of ultralytics heads than 4 anchors", "[loss][yolo_training]") {
   auto heads = two_heads(DecodeFamily::ultralytics);
   heads[0].anchors = {{4, 40}, {4, 40}};
-  const auto logits = zero_logits(heads);
+  const auto logits = logits_of(heads, 1, 1, 0);
   Logits adjoint{xt::zeros_like(logits[0]), xt::zeros_like(logits[1])};
   loss::yolo_training_adjoint(heads, loss::to_read(logits), {{{0, {33, 20, 28, 38}}}}, size, size, {}, 1.0,
                               loss::to_add_to(adjoint));
@@ -87,7 +83,7 @@ TEST_CASE("yolo_training wants no more of ultralytics heads than 4 anchors", "[l
 
 TEST_CASE("yolo_training ignores a good box that is not the matched one", "[loss][yolo_training]") {
   const auto heads = two_heads();
-  const auto logits = zero_logits(heads);
+  const auto logits = logits_of(heads, 1, 1, 0);
   // Anchor 40 × 40 fits. At the same place 30 × 20 has IoU .416, and 40 × 40 a cell further .403.
   const loss::Truths truths{{{0, {40, 24, 38, 38}}}};
   const double all = loss::yolo_training(heads, loss::to_read(logits), truths, size, size).objectness;

@@ -33,19 +33,13 @@ Logits adjoint_of(const TinyHeads& detector, const Logits& logits, const loss::D
   return adjoint;
 }
 
-Logits flat_logits(const TinyHeads& detector) {
-  auto logits = detector.logits<double>(1, 1);
-  for (auto& head : logits) head.fill(0);
-  return logits;
-}
-
 const double once = std::log(2.0);
 
 }  // namespace
 
 TEST_CASE("yolox_training at logits 0 equals the terms worked out by hand", "[loss][yolox_training]") {
   const TinyHeads detector(DecodeFamily::yolox);
-  const auto logits = flat_logits(detector);
+  const auto logits = detector.flat_logits();
   // The cell of x 40 to 48 and y 24 to 32 predicts 8 × 8 about its corner (40, 24): IoU 64 of 72.
   const loss::DynamicMatches matches{{{{2, 0, 3, 5}, {1, {40, 24, 9, 8}}, 0.25}}};
   const auto terms = terms_of(detector, logits, matches);
@@ -63,7 +57,7 @@ TEST_CASE("yolox_training at logits 0 equals the terms worked out by hand", "[lo
 
 TEST_CASE("yolox_training of distance heads has quality for objectness", "[loss][yolox_training]") {
   const TinyHeads detector(DecodeFamily::distance);
-  const auto logits = flat_logits(detector);
+  const auto logits = detector.flat_logits();
   const loss::DynamicMatches matches{{{{2, 0, 3, 5}, {1, {44, 28, 56, 56}}, 0.25}}};
   const auto terms = terms_of(detector, logits, matches);
   CHECK(terms.box == Approx(0).margin(1e-12));  // bins of 0 to 7 cells: 3½ cells to each side
@@ -74,8 +68,7 @@ TEST_CASE("yolox_training of distance heads has quality for objectness", "[loss]
 
 TEST_CASE("yolox_training divides by the matched candidates of all images", "[loss][yolox_training]") {
   const TinyHeads detector(DecodeFamily::yolox);
-  auto logits = detector.logits<double>(2, 1);
-  for (auto& head : logits) head.fill(0);
+  const auto logits = detector.logits<double>(2, 1, 0, 0);
   const loss::DynamicMatch match{{2, 0, 3, 5}, {1, {40, 24, 9, 8}}, 0.25};
   loss::DynamicMatch other = match;
   other.candidate.column = 7;
@@ -139,7 +132,7 @@ TEST_CASE("descending yolox_training makes the boxes come out", "[loss][yolox_tr
 
 TEST_CASE("yolox_training of saturated logits is finite, and so is its slope", "[loss][yolox_training]") {
   const TinyHeads detector(GENERATE(DecodeFamily::yolox, DecodeFamily::distance));
-  auto logits = flat_logits(detector);
+  auto logits = detector.flat_logits();
   for (auto& head : logits)
     for (std::size_t i = 0; i < head.size(); ++i) head.data()[i] = i % 2 == 0 ? 1e4 : -1e4;
   const auto matches = matches_of(detector, logits, {{{1, {40, 24, 20, 20}}}});
@@ -151,7 +144,7 @@ TEST_CASE("yolox_training of saturated logits is finite, and so is its slope", "
 
 TEST_CASE("yolox_training refuses what it cannot teach", "[loss][yolox_training]") {
   const TinyHeads detector(DecodeFamily::yolox), anchored;
-  const auto logits = flat_logits(detector);
+  const auto logits = detector.flat_logits();
   CHECK_THROWS_AS(terms_of(detector, logits, {}), DomainError);
   CHECK_THROWS_AS(terms_of(detector, detector.logits<double>(2, 1), {{}}), ShapeError);
   CHECK_THROWS_AS(terms_of(anchored, anchored.logits<double>(1, 1), {{}}), DomainError);

@@ -1,7 +1,6 @@
 #include <tapestry/nn/detail/bfloat16.hpp>
 #include <tapestry/nn/engine.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/random_buffer.hpp"
 #include "../support/relative_distance.hpp"
 
@@ -9,8 +8,7 @@ using namespace tapestry;
 using namespace tapestry::test;
 
 namespace {
-/// The nearer of the two bfloat16 around a value, of equally near ones
-/// the even one; as a float.
+/// The nearer of the two bfloat16 around a value, of equally near ones the even one; as a float.
 float rounded(float value) {
   const auto bits = std::bit_cast<std::uint32_t>(value);
   if (std::isnan(value)) return value;
@@ -145,17 +143,9 @@ TEST_CASE("sums of pairs have the same bits with and without instructions for th
                             filters.data() + p * width);
         for (std::size_t rows = 1; rows <= kernels.tile_rows; ++rows) {
           nn::Buffer<float> out(rows * width);
-          kernels.reduce_pairs[registers - 1][rows - 1]({words.data(),
-                                                         pairs,
-                                                         pairs / 2,
-                                                         1,
-                                                         filters.data(),
-                                                         2,
-                                                         pairs / 2,
-                                                         out.data(),
-                                                         static_cast<std::ptrdiff_t>(width),
-                                                         width,
-                                                         {}});
+          kernels.reduce_pairs[registers - 1][rows - 1](
+              {words.data(), pairs, pairs / 2, 1, filters.data(), 2, pairs / 2, out.data(),
+               static_cast<std::ptrdiff_t>(width), width, nn::Epilogue<float>()});
           std::size_t wrong = 0;
           for (std::size_t row = 0; row < rows; ++row)
             for (std::size_t lane = 0; lane < width; ++lane) {

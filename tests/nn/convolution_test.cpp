@@ -36,30 +36,20 @@ void for_each_product(const nn::ConvolutionShape& s, Visit visit) {
 }
 
 std::vector<nn::ConvolutionShape> shapes() {
-  return {nn::square_convolution(1, 1, 3, 5, 3, 1, 1),
-          nn::square_convolution(1, 1, 255, 3, 1, 1, 0),
-          nn::square_convolution(7, 5, 3, 16, 3, 2, 1),
-          nn::square_convolution(13, 13, 5, 255, 1, 1, 0),
-          nn::square_convolution(6, 9, 24, 40, 3, 1, 1),
-          nn::square_convolution(9, 8, 300, 33, 3, 1, 1),
-          nn::square_convolution(8, 8, 256, 17, 3, 2, 1),
-          nn::square_convolution(8, 11, 12, 18, 3, 1, 1, 1, 3),
-          nn::square_convolution(11, 8, 20, 20, 5, 1, 2, 1, 20),
-          nn::square_convolution(12, 9, 33, 33, 3, 2, 1, 1, 33),
-          nn::square_convolution(9, 9, 4, 6, 3, 1, 2, 2),
-          nn::square_convolution(10, 9, 4, 6, 3, 2, 2, 2),
-          nn::square_convolution(10, 10, 6, 7, 3, 3, 0),
-          nn::square_convolution(9, 10, 6, 7, 1, 2, 0),
-          nn::square_convolution(20, 30, 8, 8, 1, 1, 0),
-          nn::square_convolution(7, 7, 3, 4, 7, 2, 3),
-          nn::square_convolution(3, 3, 2, 2, 5, 1, 4),
-          nn::square_convolution(2, 3, 70, 9, 3, 1, 1),
-          nn::square_convolution(17, 30, 8, 3, 3, 1, 1),
-          nn::square_convolution(33, 9, 8, 1, 1, 1, 0),
-          nn::square_convolution(18, 6, 9, 2, 3, 1, 1),
-          nn::square_convolution(16, 21, 3, 20, 3, 1, 2),
-          nn::square_convolution(11, 19, 9, 4, 3, 1, 0),
-          nn::square_convolution(9, 9, 2, 20, 5, 2, 2)};
+  // Height, width, channels in and out, taps, stride, padding, dilation and groups.
+  constexpr std::size_t numbers[][9] = {
+      {1, 1, 3, 5, 3, 1, 1, 1, 1},     {1, 1, 255, 3, 1, 1, 0, 1, 1},  {7, 5, 3, 16, 3, 2, 1, 1, 1},
+      {13, 13, 5, 255, 1, 1, 0, 1, 1}, {6, 9, 24, 40, 3, 1, 1, 1, 1},  {9, 8, 300, 33, 3, 1, 1, 1, 1},
+      {8, 8, 256, 17, 3, 2, 1, 1, 1},  {8, 11, 12, 18, 3, 1, 1, 1, 3}, {11, 8, 20, 20, 5, 1, 2, 1, 20},
+      {12, 9, 33, 33, 3, 2, 1, 1, 33}, {9, 9, 4, 6, 3, 1, 2, 2, 1},    {10, 9, 4, 6, 3, 2, 2, 2, 1},
+      {10, 10, 6, 7, 3, 3, 0, 1, 1},   {9, 10, 6, 7, 1, 2, 0, 1, 1},   {20, 30, 8, 8, 1, 1, 0, 1, 1},
+      {7, 7, 3, 4, 7, 2, 3, 1, 1},     {3, 3, 2, 2, 5, 1, 4, 1, 1},    {2, 3, 70, 9, 3, 1, 1, 1, 1},
+      {17, 30, 8, 3, 3, 1, 1, 1, 1},   {33, 9, 8, 1, 1, 1, 0, 1, 1},   {18, 6, 9, 2, 3, 1, 1, 1, 1},
+      {16, 21, 3, 20, 3, 1, 2, 1, 1},  {11, 19, 9, 4, 3, 1, 0, 1, 1},  {9, 9, 2, 20, 5, 2, 2, 1, 1}};
+  std::vector<nn::ConvolutionShape> all;
+  for (const auto& [height, width, in, out, taps, stride, padding, dilation, groups] : numbers)
+    all.push_back(nn::square_convolution(height, width, in, out, taps, stride, padding, dilation, groups));
+  return all;
 }
 
 /// Every engine against sums computed once for all.

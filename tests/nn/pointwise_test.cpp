@@ -12,12 +12,10 @@ TEMPLATE_TEST_CASE("signs kept as bits scale the adjoint of leaky, whatever the 
     for (const std::size_t count : {1U, 3U, 16U, 63U, 64U, 65U, 200U, 256U}) {
       const auto kernels = nn::kernels_of<TestType>(set);
       auto values = tapestry::test::random_buffer<TestType>(count, 1);
-      const TestType edges[] = {0,
-                                -TestType(0),
-                                Limits::quiet_NaN(),
-                                Limits::denorm_min(),
-                                Limits::infinity(),
-                                -Limits::infinity()};
+      const TestType edges[] = {// of both signs
+                                0, -TestType(0), Limits::infinity(), -Limits::infinity(),
+                                // of one
+                                Limits::quiet_NaN(), Limits::denorm_min()};
       for (std::size_t i = 0; i < count && i < 6; ++i) values.data()[count - 1 - i] = edges[i];
       std::vector<std::uint8_t> bits((count + 7) / 8, std::uint8_t(255));
       std::vector<TestType> adjoint(count, 4);

@@ -1,6 +1,5 @@
 #include <tapestry/nn/engine.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/random_buffer.hpp"
 #include "../support/relative_distance.hpp"
 

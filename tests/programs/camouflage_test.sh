@@ -211,7 +211,7 @@ brief=(--frames "four frames" --texels 8)
 
 # Values that make no sense are refused before anything is read or written. (T05, T14)
 for words in "--epochs -1" "--epochs 18446744073709551615" "--batch -4" "--batch 0" "--scenes 10000000000" \
-  "--texels 8193" "--texture cube --texels 500" "--keep-mib 18446744073709551615" "--keep-layers-mib 16777217" "--threads 1000000" \
+  "--texels 8193" "--texture cube --texels 500" "--keep-mib 18446744073709551615" "--keep-layers-mib 16777217" "--memory-mib 16777217" "--threads 1000000" \
   "--iou-weight nan" "--objectness-weight inf" "--smoothness-weight -1" "--printability nan" "--worst-views 0" "--worst-views 1.5" "--worst-views nan" \
   "--worst-views 0.5 --batch 1" "--seed 1.5" "--size 100000"; do
   # shellcheck disable=SC2086  # several words on purpose
@@ -220,6 +220,8 @@ for words in "--epochs -1" "--epochs 18446744073709551615" "--batch -4" "--batch
   [ "$option" != "batch 1" ] || option="worst-views 0.5"
   expect_error_line "^error: --${option% *}"
 done
+expect_refusal 8 "^error: out of memory: more than 40 MiB are needed" "too little memory" "$camouflage" "${brief[@]}" --memory-mib 40 \
+  --output little
 expect_exit 2 "an empty name" "$camouflage" --mesh "" --output senseless
 for words in "--material --output senseless" "--mesh --output senseless" "--class --resume" "--output --check"; do
   # shellcheck disable=SC2086  # several words on purpose

@@ -1,7 +1,6 @@
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 #include "../support/relative_distance.hpp"
 

@@ -1,6 +1,5 @@
 #include <tapestry/raster/detail/crossing_faces.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/simple_mesh.hpp"
 #include "../support/threads.hpp"
 

@@ -1,7 +1,6 @@
 #include <tapestry/raster/detail/face_weights.hpp>
 #include <tapestry/raster/fragments.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/simple_mesh.hpp"
 #include "../support/threads.hpp"
 

@@ -1,6 +1,5 @@
 #include <tapestry/raster/geometry_picture.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/threads.hpp"
 #include "../support/vertex_gradient_scene.hpp"

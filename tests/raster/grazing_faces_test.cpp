@@ -1,7 +1,6 @@
 // Large planes seen nearly edge-on: a line of samples owns all of them or nothing.
 #include <tapestry/raster/detail/vertex_gradient/grazing_faces.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/edge_on_scene.hpp"
 #include "../support/threads.hpp"
 #include "../support/vertex_gradient_scene.hpp"

@@ -3,7 +3,6 @@
 #include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/paint.hpp"
 #include "../support/random_array.hpp"
 #include "../support/relative_distance.hpp"

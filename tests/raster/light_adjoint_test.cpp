@@ -3,7 +3,6 @@
 #include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/paint.hpp"
 #include "../support/random_array.hpp"

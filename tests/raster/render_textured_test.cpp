@@ -1,7 +1,6 @@
 #include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/random_array.hpp"
 #include "../support/relative_distance.hpp"
 #include "../support/simple_mesh.hpp"

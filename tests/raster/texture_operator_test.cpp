@@ -252,42 +252,6 @@ TEST_CASE("operator, picture and gradient have the same bits for any number of t
   });
 }
 
-TEMPLATE_TEST_CASE("tiles of texels add up to the same bits for any number of threads",
-                   "[raster][texture_operator][threads]", float, double) {
-  const Mesh mesh = random_triangles(500, 13, 0.3);
-  const auto y = random_array<TestType>({70, 90, 3}, 15, -1);
-  raster::TextureLayout large = test::anisotropic;
-  large.height = 300, large.width = 500;  // a tile of several rows, and levels in others
-  for (const auto& layout : {cube, vertex, solid, atlas, large}) {
-    const auto picture =
-        raster::texture_operator<TestType>({mesh, every_face(mesh), layout}, Camera{}, 70, 90, warm, 4);
-    const auto tiled = raster::with_tiles(picture);
-    REQUIRE(tiled.tiles->texels_of.size() == picture.texels_of.size());
-    CHECK(raster::memory_bytes(tiled) >= raster::memory_bytes(picture) + 8 * picture.texels_of.size());
-    const auto start = random_array<TestType>({picture.texel_count, 3}, 16);
-    auto expected = start;
-    raster::render_adjoint(picture, y, expected);
-    const auto found = same_by_threads({1, 2, 3, 5}, [&] {
-      auto gradient = start;
-      raster::render_adjoint(tiled, y, gradient);
-      return gradient;
-    });
-    CHECK((found == expected));
-    const auto mask = random_array<TestType>({70, 90}, 17);
-    auto masked = start, masked_tiled = start;
-    raster::render_adjoint(raster::masked(picture, mask), y, masked);
-    raster::render_adjoint(raster::masked(tiled, mask), y, masked_tiled);
-    CHECK((masked == masked_tiled));
-  }
-  Camera away;
-  away.translation = {0, 0, -20};
-  const auto empty = raster::with_tiles(
-      raster::texture_operator<TestType>({mesh, every_face(mesh), atlas}, away, 70, 90, warm));
-  auto gradient = tapestry::zeros<TestType, 2>({empty.texel_count, 3});
-  raster::render_adjoint(empty, y, gradient);
-  CHECK((gradient == tapestry::zeros<TestType, 2>({empty.texel_count, 3})));
-}
-
 TEST_CASE("a view without the mesh, a view of one pixel and a mesh of one face",
           "[raster][texture_operator]") {
   Mesh mesh = triangle_soup({{Vector3{-9, -9, 2}, Vector3{30, -9, 2}, Vector3{-9, 30, 2}}});

@@ -15,7 +15,7 @@ using namespace tapestry::test;
 
 namespace {
 template <class T>
-using Pictures = std::vector<std::shared_ptr<const raster::TextureOperator<T>>>;
+using Pictures = std::vector<std::shared_ptr<const raster::CompactOperator<T>>>;
 
 /// Views of one texture of different sizes.
 template <class T>
@@ -23,8 +23,8 @@ Pictures<T> some_views(std::size_t count, const raster::TextureLayout& layout = 
   Pictures<T> pictures;
   for (std::size_t n = 0; n < count; ++n) {
     const auto mesh = test::random_triangles(30, n + 1, 0.9);
-    pictures.push_back(std::make_shared<const raster::TextureOperator<T>>(
-        raster::texture_operator<T>({mesh, test::every_face(mesh), layout}, {}, 20 + n, 24, test::warm)));
+    pictures.push_back(std::make_shared<const raster::CompactOperator<T>>(raster::compacted(
+        raster::texture_operator<T>({mesh, test::every_face(mesh), layout}, {}, 20 + n, 24, test::warm))));
   }
   return pictures;
 }
@@ -59,7 +59,7 @@ TEMPLATE_TEST_CASE("render on the tape pulls back to render_adjoint", "[raster][
 TEST_CASE("several views on the tape are one record and agree with central differences",
           "[raster][variable][gradient]") {
   const auto views = some_views<double>(3);
-  const auto texels = random_array<double>({views[0]->texel_count, 3}, 2);
+  const auto texels = random_array<double>({views[0]->whole_count, 3}, 2);
   ActiveTape<double> tape;
   const auto input = tape.input(texels);
   const std::size_t before = tape.record_count();
@@ -71,7 +71,7 @@ TEST_CASE("several views on the tape are one record and agree with central diffe
   const auto value = [&](const Array<double, 2>& at) {
     return square(raster::render(views, ArrayVariable<double, 2>(at))).value();
   };
-  const auto direction = test::random_direction<double>({views[0]->texel_count, 3}, 5);
+  const auto direction = test::random_direction<double>({views[0]->whole_count, 3}, 5);
   const double expected = test::central_difference(value, texels, direction);
   CHECK(test::dot(input.adjoint(), direction) == Approx(expected).epsilon(1e-6));
 }
@@ -79,10 +79,11 @@ TEST_CASE("several views on the tape are one record and agree with central diffe
 TEST_CASE("views that nothing depends on, passive textures and a second record change no sum",
           "[raster][variable]") {
   auto views = some_views<double>(2);
-  const auto texels = random_array<double>({views[0]->texel_count, 3}, 2);
+  const auto texels = random_array<double>({views[0]->whole_count, 3}, 2);
   ActiveTape<double> tape;
   CHECK(!raster::render(views, ArrayVariable<double, 2>(texels))[1].is_active());
-  CHECK(!raster::render(*views[0], ArrayVariable<double, 2>(texels)).is_active());
+  CHECK(!raster::render(*views[0], ArrayVariable<double, 2>(raster::own_texels(*views[0], texels)))
+             .is_active());
   CHECK(tape.record_count() == 0);
   const auto gradient = [&](std::size_t times) {
     Tape<double> own;
@@ -94,8 +95,10 @@ TEST_CASE("views that nothing depends on, passive textures and a second record c
     return Array<double, 2>(input.adjoint());
   };
   const auto once = gradient(1), twice = gradient(2);
-  auto expected = tapestry::zeros<double, 2>(texels.shape());
-  raster::render_adjoint(*views[1], random_array<double>({21, 24, 3}, 4), expected);
+  auto of_view = tapestry::zeros<double, 2>({views[1]->texel_count, 3}),
+       expected = tapestry::zeros<double, 2>(texels.shape());
+  raster::render_adjoint(*views[1], random_array<double>({21, 24, 3}, 4), of_view);
+  raster::add_own_texels(*views[1], of_view, 1.0, expected);
   CHECK((once == expected));
   for (std::size_t i = 0; i < once.size(); ++i) CHECK(twice.data()[i] == 2 * once.data()[i]);
 }
@@ -107,7 +110,7 @@ TEST_CASE("the tape keeps views alive and sums them to the same bits on any numb
     same_by_threads({1, 2, 3}, [&] {
       ActiveTape<float> tape;
       auto views = some_views<float>(4, layout);
-      const auto input = tape.input(random_array<float>({views[0]->texel_count, 3}, 2));
+      const auto input = tape.input(random_array<float>({views[0]->whole_count, 3}, 2));
       const auto loss = weighted(raster::render(views, input));
       views.clear();
       tape.reverse(loss);
@@ -118,5 +121,5 @@ TEST_CASE("the tape keeps views alive and sums them to the same bits on any numb
 TEST_CASE("render on the tape refuses a texture of another size", "[raster][variable][bad_input]") {
   const auto views = some_views<double>(2);
   CHECK_THROWS_WITH(raster::render(views, ArrayVariable<double, 2>(tapestry::zeros<double, 2>({3, 3}))),
-                    "render: texels is [3, 3], expected [128, 3]");
+                    "own_texels: texels is [3, 3], expected [128, 3]");
 }

@@ -2,7 +2,6 @@
 #include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/threads.hpp"
 #include "../support/vertex_gradient_scene.hpp"
 

@@ -1,7 +1,6 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/raster/visibility.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/simple_mesh.hpp"
 #include "../support/threads.hpp"
 

@@ -5,7 +5,6 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/segment/u2_net_description.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/paths.hpp"
 #include "../support/random_array.hpp"
 #include "../support/relative_distance.hpp"

@@ -13,18 +13,9 @@ inline void add_box(geometry::Mesh& mesh, const geometry::Vector3& low, const ge
   for (int i = 0; i < 8; ++i)
     mesh.positions.push_back(
         {(i & 1) != 0 ? high[0] : low[0], (i & 2) != 0 ? high[1] : low[1], (i & 4) != 0 ? high[2] : low[2]});
-  for (const geometry::Corners& face : std::vector<geometry::Corners>{{0, 1, 3},
-                                                                      {0, 3, 2},
-                                                                      {4, 6, 7},
-                                                                      {4, 7, 5},
-                                                                      {0, 4, 5},
-                                                                      {0, 5, 1},
-                                                                      {2, 3, 7},
-                                                                      {2, 7, 6},
-                                                                      {0, 2, 6},
-                                                                      {0, 6, 4},
-                                                                      {1, 5, 7},
-                                                                      {1, 7, 3}})
+  const geometry::Corners faces[] = {{0, 1, 3}, {0, 3, 2}, {4, 6, 7}, {4, 7, 5}, {0, 4, 5}, {0, 5, 1},
+                                     {2, 3, 7}, {2, 7, 6}, {0, 2, 6}, {0, 6, 4}, {1, 5, 7}, {1, 7, 3}};
+  for (const geometry::Corners& face : faces)
     mesh.faces.push_back({face[0] + first, face[1] + first, face[2] + first});
 }
 

@@ -227,4 +227,13 @@ class RandomCfg {
   std::vector<detect::FeatureShape> shapes_{};  ///< of the layers so far
 };
 
+/// The first of a seed's networks that another library knows.
+template <class IsKnown>
+RandomCfg random_cfg_where(IsKnown is_known, std::uint64_t seed) {
+  for (std::uint64_t attempt = 0;; ++attempt) {
+    RandomCfg cfg(Random(seed).fork(attempt).bits());
+    if (is_known(cfg.config())) return cfg;
+  }
+}
+
 }  // namespace tapestry::test

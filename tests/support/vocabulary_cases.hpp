@@ -34,34 +34,15 @@ inline CaseOperand left_out() { return {CaseOperand::Kind::left_out, {}, 0, 0, {
 /// Operators whose results have no derivative by any operand: truths, positions, constants, or steps that are
 /// compared with differences elsewhere.
 inline const std::set<std::string>& operators_without_derivative() {
-  static const std::set<std::string> names{"And",
-                                           "ArgMax",
-                                           "ArgMin",
-                                           "ConstantOfShape",
-                                           "Equal",
-                                           "EyeLike",
-                                           "Greater",
-                                           "IsInf",
-                                           "GreaterOrEqual",
-                                           "IsNaN",
-                                           "Less",
-                                           "Not",
-                                           "LessOrEqual",
-                                           "NonMaxSuppression",
-                                           "OneHot",
-                                           "Or",
-                                           "Range",
-                                           "Xor",
-                                           "NonZero",
-                                           "If",
-                                           "Loop",
-                                           "StraightRound",
-                                           "QuantizeLinear",
-                                           "DynamicQuantizeLinear",
-                                           "ConvInteger",
-                                           "MatMulInteger",
-                                           "QLinearConv",
-                                           "QLinearMatMul"};
+  static const std::set<std::string> names{
+      // Truths.
+      "And", "Equal", "Greater", "GreaterOrEqual", "IsInf", "IsNaN", "Less", "LessOrEqual", "Not", "Or",
+      "Xor",
+      // Positions and constants.
+      "ArgMax", "ArgMin", "ConstantOfShape", "EyeLike", "NonMaxSuppression", "NonZero", "OneHot", "Range",
+      // Steps, and what runs other nodes.
+      "If", "Loop", "StraightRound", "QuantizeLinear", "DynamicQuantizeLinear", "ConvInteger",
+      "MatMulInteger", "QLinearConv", "QLinearMatMul"};
   return names;
 }
 

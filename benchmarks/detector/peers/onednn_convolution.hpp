@@ -18,9 +18,16 @@ namespace tapestry::benchmarks {
       {1, dim(shape.channels), dim(shape.height), dim(shape.width)}, dnnl::memory::data_type::f32, layout};
 }
 
-/// Activations in blocks of 16 channels, oneDNN's own layout.
+/// Channels in a block of oneDNN's own layout. With blocks of 16 it has no fast kernel where AVX-512 is
+/// missing.
+[[nodiscard]] inline std::size_t block_channels() {
+  static const std::size_t channels = dnnl::get_effective_cpu_isa() >= dnnl::cpu_isa::avx512_core ? 16 : 8;
+  return channels;
+}
+
 [[nodiscard]] inline dnnl::memory::desc blocked(const detect::FeatureShape& shape) {
-  return description(shape, dnnl::memory::format_tag::nChw16c);
+  using Tag = dnnl::memory::format_tag;
+  return description(shape, block_channels() == 16 ? Tag::nChw16c : Tag::nChw8c);
 }
 
 /// A convolution layer as oneDNN sees it.
@@ -43,7 +50,7 @@ struct ConvolutionTask {
   }
   /// The picture's three channels are not blocked; the library chooses.
   [[nodiscard]] dnnl::memory::desc source() const {
-    return in.channels < 16 ? description(in, dnnl::memory::format_tag::any) : blocked(in);
+    return in.channels < block_channels() ? description(in, dnnl::memory::format_tag::any) : blocked(in);
   }
   [[nodiscard]] std::string key() const {
     std::string text;

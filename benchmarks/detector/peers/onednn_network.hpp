@@ -24,6 +24,16 @@ class OneDnnNetwork : public OneDnnForward {
 
   [[nodiscard]] const Array<float, 4>& gradient() const { return gradient_; }
 
+  /// "70 jit:avx2, …": the convolutions' kernels, the gradient's too.
+  [[nodiscard]] std::string kernels() const {
+    auto counts = forward_.kernels();
+    for (const auto& [name, count] : backward_.kernels()) counts[name] += count;
+    std::string text;
+    for (const auto& [name, count] : counts)
+      text += (text.empty() ? "" : ", ") + std::to_string(count) + " " + name;
+    return text;
+  }
+
  private:
   /// Adds a part of a value's adjoint; the first one becomes it.
   void add_adjoint(std::size_t value, const Value& part) {
@@ -129,8 +139,9 @@ class OneDnnNetwork : public OneDnnForward {
   /// Cuts a joined adjoint apart. Where a cut is not on a block's border, all of it is unblocked first.
   void split_back(std::size_t i, const Value& adjoint) {
     const auto in = inputs(i);
-    const bool is_aligned =
-        std::all_of(in.begin(), in.end(), [&](std::size_t input) { return shape(input).channels % 16 == 0; });
+    const bool is_aligned = std::all_of(in.begin(), in.end(), [&](std::size_t input) {
+      return shape(input).channels % block_channels() == 0;
+    });
     Value whole = adjoint;
     if (!is_aligned) {
       whole = pool_.take(description(shape(i), dnnl::memory::format_tag::nchw));

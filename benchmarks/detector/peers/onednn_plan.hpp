@@ -1,8 +1,11 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <oneapi/dnnl/dnnl.hpp>
+#include <string>
+#include <tapestry/core/error.hpp>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -20,9 +23,19 @@ class Plan {
  public:
   explicit Plan(const dnnl::engine& engine) : engine_(engine), stream_(engine) {}
 
+  /// \throws Error for a convolution that oneDNN has only its slow reference for
   void append(const dnnl::primitive& primitive, std::unordered_map<int, dnnl::memory> arguments) {
+    if (is_convolution(primitive)) {
+      const std::string kernel = kernel_of(primitive);
+      if (kernel.starts_with("ref"))
+        throw Error(ErrorKind::limit, "oneDNN: a convolution runs by '" + kernel + "'");
+      ++kernels_[kernel];
+    }
     steps_.push_back({primitive, std::move(arguments)});
   }
+
+  /// The convolutions' kernels by oneDNN's names, and how many each computes.
+  [[nodiscard]] const std::map<std::string, std::size_t>& kernels() const { return kernels_; }
 
   void append_reorder(dnnl::memory from, dnnl::memory to, const dnnl::primitive_attr& attributes = {}) {
     append(dnnl::reorder(dnnl::reorder::primitive_desc(from, to, attributes)),
@@ -35,6 +48,16 @@ class Plan {
   }
 
  private:
+  static bool is_convolution(const dnnl::primitive& primitive) {
+    return primitive.get_kind() == dnnl::primitive::kind::convolution;
+  }
+  static std::string kernel_of(const dnnl::primitive& primitive) {
+    const char* name = nullptr;
+    dnnl_primitive_desc_query(primitive.get_primitive_desc(), dnnl_query_impl_info_str, 0, &name);
+    return name == nullptr ? "" : name;
+  }
+
+  std::map<std::string, std::size_t> kernels_;
   dnnl::engine engine_;
   dnnl::stream stream_;
   std::vector<Step> steps_;

@@ -15,7 +15,7 @@ class OneDnnDetector {
   [[nodiscard]] std::string name() const {
     const dnnl_version_t* version = dnnl_version();
     return "oneDNN " + std::to_string(version->major) + "." + std::to_string(version->minor) + "." +
-           std::to_string(version->patch);
+           std::to_string(version->patch) + " (" + network_.kernels() + ")";
   }
 
   void run() { network_.run(); }

@@ -94,16 +94,10 @@ class LlvmpipeRenderer {
 
  private:
   void make_context() {
-    const std::array<int, 11> wanted{OSMESA_FORMAT,
-                                     OSMESA_RGBA,
-                                     OSMESA_DEPTH_BITS,
-                                     0,
-                                     OSMESA_PROFILE,
-                                     OSMESA_CORE_PROFILE,
-                                     OSMESA_CONTEXT_MAJOR_VERSION,
-                                     3,
-                                     OSMESA_CONTEXT_MINOR_VERSION,
-                                     3,
+    const std::array<int, 11> wanted{OSMESA_FORMAT, OSMESA_RGBA, OSMESA_DEPTH_BITS, 0, OSMESA_PROFILE,
+                                     OSMESA_CORE_PROFILE, OSMESA_CONTEXT_MAJOR_VERSION, 3,
+                                     OSMESA_CONTEXT_MINOR_VERSION, 3,
+                                     // The end.
                                      0};
     context_ = OSMesaCreateContextAttribs(wanted.data(), nullptr);
     window_.resize(64);

@@ -1,5 +1,4 @@
 #pragma once
-#include <cmath>
 #include <tapestry/io/npy.hpp>
 #include <tapestry/optim/adam.hpp>
 

@@ -18,13 +18,10 @@ namespace detail {
 
 /// COCO's name of a class that has another name in Pascal VOC, and in Darknet's lists after it.
 inline std::string_view coco_name(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 6> others{
-      {{"aeroplane", "airplane"},
-       {"diningtable", "dining table"},
-       {"motorbike", "motorcycle"},
-       {"pottedplant", "potted plant"},
-       {"sofa", "couch"},
-       {"tvmonitor", "tv"}}};
+  constexpr std::pair<std::string_view, std::string_view> others[] = {
+      {"aeroplane", "airplane"},   {"diningtable", "dining table"},
+      {"motorbike", "motorcycle"}, {"pottedplant", "potted plant"},
+      {"sofa", "couch"},           {"tvmonitor", "tv"}};
   for (const auto& [other, coco] : others)
     if (name == other) return coco;
   return name;

@@ -13,17 +13,14 @@ struct CleanViews {
   WildBoxes boxes{};
 };
 
-/// Runs the detector on clean views: at most `most` of the measured ones, evenly spread.
+/// Runs the detector on clean views: at most eight of the measured ones, evenly spread.
 /// \throws Error (mismatch) if none of them shows the car, and as views_with_car()
 inline CleanViews examine_clean_views(const Inputs& inputs, const SceneSettings& scene,
-                                      const DetectorSettings& settings, std::size_t most = 8) {
-  const auto& all = inputs.frames.test;
-  std::vector<std::string> paths;
-  for (std::size_t i = 0; i < std::min(most, all.size()); ++i)
-    paths.push_back(all[i * all.size() / std::min(most, all.size())]);
+                                      const DetectorSettings& settings) {
   const auto& detector = inputs.detector;
-  camouflage::ViewStore<float> store(inputs.car.painted, store_settings(inputs, scene, settings, 1024),
-                                     frame_loaders(paths, inputs.mask, inputs.frames.posed));
+  camouflage::ViewStore<float> store(
+      inputs.car.painted, store_settings(inputs, scene, settings, 1024),
+      frame_loaders(thinned(inputs.frames.test, 8), inputs.mask, inputs.frames.posed));
   std::vector<std::string> warnings;  // a run repeats them
   const auto usable = views_with_car(store, scene.mesh, inputs.car, warnings);
   if (usable.empty()) throw no_car_shown(scene.frames, inputs.car);

@@ -1,6 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <string_view>
 #include <type_traits>
 
 #include "formatted.hpp"

@@ -181,15 +181,6 @@ class TuningRun {
     return sheet.bitmap();
   }
 
-  [[nodiscard]] static std::vector<Curve> curves_of(const DatasetTrainer& trainer) {
-    std::vector<Curve> curves{{"AP50", trainer.scores(), "validation"}};
-    for (const auto& number : LossTerms::all) {
-      curves.push_back({number.name, {}});
-      for (const auto& step : trainer.history()) curves.back().values.push_back(step.*number.value);
-    }
-    return curves;
-  }
-
   void report(const DatasetTrainer& trainer, Clock::time_point start) {
     const Json options = settings_json(options_);
     ReportPage page{"Training a detector",
@@ -218,7 +209,8 @@ class TuningRun {
         std::string("<h2>Held-out pictures") + (inputs_.untuned ? ", untuned left and tuned right" : "") +
         "</h2>\n<img class=\"sheet\" alt=\"what is found in them\" src=\"data:image/jpeg;base64," +
         base64(io::jpeg_file("report.html", sheet(), 85)) + "\">\n";
-    page.curves = curves_of(trainer);
+    page.curves = curves_of(trainer.history());
+    page.curves.insert(page.curves.begin(), Curve{"AP50", trainer.scores(), "validation"});
     page.files = {"detector.onnx", "history.csv", "metrics.json", "manifest.json"};
     page.options = options;
     page.seconds = std::chrono::duration<double>(Clock::now() - start).count();

@@ -3,7 +3,6 @@
 #include <cctype>
 #include <sstream>
 
-#include "formatted.hpp"
 #include "ranks.hpp"
 #include "verbosity.hpp"
 

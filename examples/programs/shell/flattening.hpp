@@ -4,7 +4,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
-#include <tapestry/geometry/mesh.hpp>
+#include <tapestry/raster/lighting.hpp>
 #include <tuple>
 
 /// \file
@@ -75,17 +75,12 @@ class CutSurface {
   CutSurface(const geometry::Mesh& mesh, std::vector<std::size_t> faces) : faces_(std::move(faces)) {
     std::map<geometry::Vector3, std::size_t> places;
     for (const std::size_t face : faces_) {
-      const OwnPlane plane = own_plane(mesh, face);
-      planes_.push_back(plane);
+      planes_.push_back(own_plane(mesh, face));
       std::array<std::size_t, 3> corners{};
-      std::array<geometry::Vector3, 3> at{};
-      for (std::size_t k = 0; k < 3; ++k) {
-        at[k] = place_of(mesh, face, k);
-        corners[k] = places.try_emplace(at[k], places.size()).first->second;
-      }
+      for (std::size_t k = 0; k < 3; ++k)
+        corners[k] = places.try_emplace(place_of(mesh, face, k), places.size()).first->second;
       corners_.push_back(corners);
-      normals_.push_back(geometry::normalised(
-          geometry::cross(geometry::subtract(at[1], at[0]), geometry::subtract(at[2], at[0]))));
+      normals_.push_back(geometry::normalised(raster::face_normal(mesh, mesh.faces[face])));
     }
     positions_.resize(places.size());
     for (const auto& [position, index] : places) positions_[index] = position;

@@ -1,5 +1,4 @@
 #pragma once
-#include <iostream>
 
 #include "exported_pictures.hpp"
 #include "run_page.hpp"

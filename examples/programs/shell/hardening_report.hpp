@@ -41,16 +41,6 @@ inline const std::vector<std::pair<std::string, std::string>>& hardening_rows() 
   return rows;
 }
 
-/// The rows that were measured.
-inline std::vector<std::pair<std::string, std::string>> rows_of(const HardeningReport& report) {
-  auto rows = hardening_rows();
-  std::erase_if(rows, [&](const auto& row) {
-    return std::ranges::find(report.hardened.rows, row.first, &evaluate::Measurement::name) ==
-           report.hardened.rows.end();
-  });
-  return rows;
-}
-
 inline const evaluate::Measurement& row_of(const DetectorFindings& detector, const std::string& name) {
   for (const auto& row : detector.rows)
     if (row.name == name) return row;
@@ -125,27 +115,12 @@ inline std::string hardening_verdict(const HardeningReport& report) {
          (gain.clean.p_at_50.interval[1] < 0 ? ", and the plain car is found less often." : ".");
 }
 
-/// Sentences on what a small budget leaves open; none for a large one.
-inline std::vector<std::string> words_on_budget(const HardeningReport& report) {
-  std::vector<std::string> sentences;
-  const std::size_t views = report.attacked_views;
-  if (views == 0 || views >= enough_attacked_views) return sentences;
-  sentences.push_back("The attacks may be too short to show an effect: " + std::to_string(views) +
-                      " views each, where the default takes " + std::to_string(enough_attacked_views) +
-                      " or more; leave out --quick, or raise --epochs.");
-  const auto &before = report.undefended.precision, &after = report.hardened.precision;
-  if (before && after && before->ap50 && after->ap50 && *after->ap50 < *before->ap50)
-    sentences.push_back(
-        "AP can fall in a short run, whose first steps move the weights off what they had learnt while too "
-        "few follow to settle them: --rounds and --steps give more, --clean-scenes more to learn from.");
-  return sentences;
-}
-
 /// The table for Markdown and the page, or with the names of its rows alone.
 inline WordTable hardening_table(const HardeningReport& report, bool is_explained = true) {
   WordTable table{"P@0.5 with its 95 % interval (Wilson), and the mean best confidence",
                   {"picture", "undefended", "confidence", "hardened", "confidence"}};
-  for (const auto& [name, what] : rows_of(report)) {
+  for (const auto& [name, what] : hardening_rows()) {
+    if (std::ranges::count(report.hardened.rows, name, &evaluate::Measurement::name) == 0) continue;
     std::vector<std::string> words{is_explained ? name + ": " + what : name};
     for (const auto* detector : {&report.undefended, &report.hardened}) {
       const auto& row = row_of(*detector, name);
@@ -157,11 +132,20 @@ inline WordTable hardening_table(const HardeningReport& report, bool is_explaine
   return table;
 }
 
-/// Sentences that explain the table.
+/// Sentences that explain the table, and what a small budget leaves open.
 inline std::vector<std::string> hardening_findings(const HardeningReport& report) {
   std::vector<std::string> sentences{gain_text(report) + " (Newcombe's interval over the views)."};
   if (const auto precision = precision_text(report); !precision.empty()) sentences.push_back(precision + ".");
-  for (const auto& sentence : words_on_budget(report)) sentences.push_back(sentence);
+  const std::size_t views = report.attacked_views;
+  if (views == 0 || views >= enough_attacked_views) return sentences;
+  sentences.push_back("The attacks may be too short to show an effect: " + std::to_string(views) +
+                      " views each, where the default takes " + std::to_string(enough_attacked_views) +
+                      " or more; leave out --quick, or raise --epochs.");
+  const auto &before = report.undefended.precision, &after = report.hardened.precision;
+  if (before && after && before->ap50 && after->ap50 && *after->ap50 < *before->ap50)
+    sentences.push_back(
+        "AP can fall in a short run, whose first steps move the weights off what they had learnt while too "
+        "few follow to settle them: --rounds and --steps give more, --clean-scenes more to learn from.");
   return sentences;
 }
 
@@ -202,10 +186,7 @@ inline ReportPage page_of(const HardeningReport& report, std::string command, Vi
   for (const auto& sentence : hardening_findings(report))
     page.findings += "<p>" + escaped(sentence) + "</p>\n";
   page.list = std::move(list);
-  for (const auto& number : HardeningStep::all) {
-    page.curves.push_back({number.name, {}});
-    for (const auto& step : history) page.curves.back().values.push_back(step.*number.value);
-  }
+  page.curves = curves_of(history);
   page.options = report.options;
   return page;
 }

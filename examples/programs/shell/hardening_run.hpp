@@ -71,19 +71,22 @@ class HardeningRun {
   }
 
   [[nodiscard]] std::string path(const std::string& name) const { return options_.output + "/" + name; }
-  [[nodiscard]] std::string hardened_path() const { return path("hardened.onnx"); }
 
   /// Whether the detector has the classes that drawn scenes are labelled with, and no others.
   [[nodiscard]] bool knows_scenes() const {
     return inputs_.detector.names() == std::vector<std::string>{"car", "van", "clutter"};
   }
-  [[nodiscard]] SceneClasses scene_classes() const {
-    return knows_scenes() ? SceneClasses{0, 1, 2} : SceneClasses{inputs_.class_index};
-  }
 
+  /// Labelled street scenes for the detector's input; none unless that is square.
   [[nodiscard]] std::vector<scenes::LabelledScene> scenes_of(std::uint64_t stream, std::size_t count) const {
-    if (undefended_.input_height() != undefended_.input_width()) return {};
-    return draw_scenes(Random(options_.harden.seed).fork(stream), count, undefended_.input_width());
+    const std::size_t size = undefended_.input_width();
+    std::vector<scenes::LabelledScene> drawn(undefended_.input_height() == size ? count : 0);
+    const Random source = Random(options_.harden.seed).fork(stream);
+    parallel_for(drawn.size(), [&](std::size_t i) {
+      StopSignal::throw_if_arrived();
+      drawn[i] = scenes::draw_labelled(source.fork(i), {}, size);
+    });
+    return drawn;
   }
 
   void harden() {
@@ -101,7 +104,7 @@ class HardeningRun {
                [&] { return "hardening: " + hardening.progress_text(); });
     history_ = hardening.history();
     write_text(path("history.csv"), history_csv(history_));
-    hardened_->save(hardened_path());
+    hardened_->save(path("hardened.onnx"));
   }
 
   /// Optimises a paint against a detector with the budget of --epochs.
@@ -176,8 +179,9 @@ class HardeningRun {
                                                     paint == paints.end() ? nullptr : &paint->second, watch));
     }
     if (!test_scenes.empty())
-      result.found.precision = scene_precision(detector, options_.detector.nms, options_.detector.confidence,
-                                               scene_classes(), test_scenes);
+      result.found.precision = scene_precision(
+          detector, options_.detector.nms, options_.detector.confidence,
+          knows_scenes() ? SceneClasses{0, 1, 2} : SceneClasses{inputs_.class_index}, test_scenes);
     result.views = watch.views();
     return result;
   }
@@ -225,7 +229,7 @@ class HardeningRun {
     record_outputs(options_.output, [&](const std::string& name) { return name == page.files.front(); });
     write_text(path("metrics.json"), report_text(hardening_json(report)));
     std::cout << text;
-    remark("hardened detector: " + hardened_path());
+    remark("hardened detector: " + path("hardened.onnx"));
     remark("report: " + path("report.html"));
   }
 

@@ -44,6 +44,14 @@ struct FrameLists {
 
 FrameLists find_frames(const SceneSettings& scene);
 
+/// At most so many of some frames, evenly spread.
+inline std::vector<std::string> thinned(const std::vector<std::string>& paths, std::size_t most) {
+  if (paths.size() <= most) return paths;
+  std::vector<std::string> some;
+  for (std::size_t i = 0; i < most; ++i) some.push_back(paths[i * paths.size() / most]);
+  return some;
+}
+
 void require_one_scale(const FrameLists& lists);
 
 /// \param posed  see FrameLists; equal for all frames of a run. None: not known yet

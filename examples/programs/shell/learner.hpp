@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/finite.hpp>
 #include <tapestry/loss/yolox_training.hpp>
 #include <tapestry/optim/adam.hpp>
 

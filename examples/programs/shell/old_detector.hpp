@@ -1,6 +1,4 @@
 #pragma once
-#include <bit>
-#include <tapestry/core/finite.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/json.hpp>

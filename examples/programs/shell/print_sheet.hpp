@@ -4,8 +4,7 @@
 #include "formatted.hpp"
 #include "pdf_file.hpp"
 
-/// \file Additions to the content of a printed sheet: marks to cut at, a
-/// ruler, and colours to measure.
+/// \file Additions to the content of a printed sheet: marks to cut at, a ruler, and colours to measure.
 
 namespace tapestry::shell {
 

@@ -3,7 +3,6 @@
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/text_lines.hpp>
-#include <vector>
 
 #include "formatted.hpp"
 

@@ -1,9 +1,8 @@
 #pragma once
 #include <cstddef>
 
-/// \file Functions of MPI for ranks.hpp: mpi_processes.cpp,
-/// or else one_process.cpp. No other object of a program
-/// depends on whether MPI is there.
+/// \file Functions of MPI for ranks.hpp: mpi_processes.cpp, or else one_process.cpp. No other object of a
+/// program depends on whether MPI is there.
 
 namespace tapestry::shell {
 

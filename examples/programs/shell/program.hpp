@@ -14,7 +14,14 @@ namespace tapestry::shell {
 
 inline constexpr int exit_internal_fault = 1;
 
-using platform::keep_freed_memory;
+/// Bytes that the process was limited to.
+inline std::uint64_t memory_limit = 0;
+
+/// Limits the memory of the process. \param mib  0: seven eighths of the machine's, for others need some, too
+inline void limit_memory(std::uint64_t mib) {
+  memory_limit = mib > 0 ? mib << 20U : platform::machine_memory() / 8 * 7;
+  if (memory_limit > 0) platform::limit_memory(memory_limit);
+}
 
 /// Throws Error (write) unless everything printed so far has reached the standard output.
 inline void flush_standard_output() {
@@ -37,6 +44,7 @@ inline void print_warnings(const std::vector<std::string>& warnings) {
 template <class Body>
 int run_program(CLI::App& app, int argc, char** argv, Body body) {
   std::signal(SIGXFSZ, SIG_IGN);
+  limit_memory(0);
   const Ranks& ranks = Ranks::all();
   const auto fail = [&](const std::string& what, int code) {
     if (ranks.is_first())
@@ -57,7 +65,11 @@ int run_program(CLI::App& app, int argc, char** argv, Body body) {
   } catch (const Error& error) {
     return fail(line_of(error), static_cast<int>(error.kind()));
   } catch (const std::bad_alloc&) {
-    return fail("out of memory", static_cast<int>(ErrorKind::limit));
+    return fail(
+        "out of memory: more than " + std::to_string(memory_limit >> 20U) +
+            " MiB are needed (limit of --memory-mib, else of this machine); fewer texels, a smaller batch or "
+            "less --keep-mib take less",
+        static_cast<int>(ErrorKind::limit));
   } catch (const std::filesystem::filesystem_error& error) {
     return fail(for_terminal(error.what()), static_cast<int>(ErrorKind::malformed));
   } catch (const std::exception& error) {

@@ -1,11 +1,9 @@
 #pragma once
 #include <algorithm>
 #include <climits>
-#include <span>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/platform.hpp>
 #include <type_traits>
-#include <vector>
 
 #include "processes.hpp"
 

@@ -11,24 +11,16 @@ Json json_of(const evaluate::FateCounts& fates) {
   return json;
 }
 
-namespace {
-
-/// Pictures of each fate, and of each new name.
-Json json_with_names(const evaluate::FateCounts& fates, const std::vector<std::string>& class_names) {
-  Json json = json_of(fates), names = Json::object();
-  for (const std::size_t k : fates.commonest_names(fates.renamed_to.size()))
-    names[class_name(k, class_names, "class ")] = fates.renamed_to[k];
-  json["renamed_to"] = names;
-  return json;
-}
-
-}  // namespace
-
 Json json_of(const evaluate::Measurement& measurement) {
+  const auto& renamed_to = measurement.fates.renamed_to;
+  Json fates = json_of(measurement.fates), names = Json::object();
+  for (const std::size_t k : measurement.fates.commonest_names(renamed_to.size()))
+    names[class_name(k, measurement.class_names, "class ")] = renamed_to[k];
+  fates["renamed_to"] = names;
   return {{"views", measurement.rate.views / measurement.draws},
           {"pictures", measurement.rate.views},
           {"detected", measurement.rate.detected},
-          {"fates", json_with_names(measurement.fates, measurement.class_names)},
+          {"fates", fates},
           {"p_at_50", measurement.rate.p_at_50},
           {"interval", measurement.rate.interval},
           {"mean_best_confidence", measurement.mean_best_confidence}};

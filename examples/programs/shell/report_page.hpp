@@ -13,6 +13,17 @@ struct Curve {
   std::string over = "step";
 };
 
+/// A curve of each number of a run's steps, as Step::all lists them.
+template <class Step>
+std::vector<Curve> curves_of(const std::vector<Step>& history) {
+  std::vector<Curve> curves;
+  for (const auto& number : Step::all) {
+    curves.push_back({number.name, {}});
+    for (const auto& step : history) curves.back().values.push_back(step.*number.value);
+  }
+  return curves;
+}
+
 /// Pictures of some views, each view in several ways.
 struct ViewPictures {
   std::vector<std::size_t> places{};  ///< among the pictures of all views

@@ -20,8 +20,7 @@ std::string identity_text(const Json& manifest);
 /// \throws FileError (mismatch) for the run of another program or version
 void require_same_program(const std::string& program, const Json& manifest, const std::string& folder);
 
-/// Reads the manifest of the run in a folder.
-/// Takes memory of at most 64 times the file and 1 MiB.
+/// Reads the manifest of the run in a folder. Takes memory of at most 64 times the file and 1 MiB.
 /// \throws FileError: malformed (not the manifest of a run), mismatch (of another program or version)
 Json read_manifest(const std::string& folder, const std::string& program = "camouflage");
 

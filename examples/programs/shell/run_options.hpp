@@ -13,6 +13,7 @@ struct RunOptions {
   std::string output;
   std::size_t checkpoint_steps = 50;
   std::size_t keep_mib = 4096;
+  std::uint64_t memory_mib = 0;
   bool resume = false;
   bool accepts_other_build = false;
 };
@@ -34,12 +35,17 @@ inline void add_run_options(CLI::App& app, RunOptions& options, const std::strin
   app.add_option("--checkpoint-steps", options.checkpoint_steps, "steps between checkpoints");
   app.add_option("--keep-mib", options.keep_mib,
                  "memory for prepared views, MiB; those beyond are prepared anew");
+  app.add_option("--memory-mib", options.memory_mib,
+                 "most memory of the process, MiB; 0: seven eighths of the machine's. A run that needs more "
+                 "ends with an "
+                 "error");
   add_resume_options(app, options);
 }
 
 inline void require_sound_run(const RunOptions& options, ProblemList& list) {
   list.require(options.checkpoint_steps > 0, "--checkpoint-steps must be at least 1");
   list.require(options.keep_mib <= std::size_t(1) << 24U, "--keep-mib must be at most 16777216");
+  list.require(options.memory_mib <= std::size_t(1) << 24U, "--memory-mib must be at most 16777216");
 }
 
 /// Requires that the folder holds no run, unless the run is resumed.
@@ -65,6 +71,7 @@ inline void require_free_folder(const RunOptions& options) {
 /// Takes over where a run to resume began and its instruction set, see run_origin.hpp. Must be called before
 /// anything is recorded or computed.
 inline void take_over_run(RunOptions& options, const std::string& program) {
+  limit_memory(options.memory_mib);
   if (!options.resume || options.output.empty()) return;
   const auto folder = go_where_it_began(options.output, program, {&options.output});
   if (!folder.empty()) remark("paths of the run start in " + folder);

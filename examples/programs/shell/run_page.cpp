@@ -71,10 +71,7 @@ ReportPage page_of(const RunReport& report, std::string title, std::string comma
   page.verdict = verdict_of(report);
   page.findings = findings_html(report);
   page.list = std::move(list);
-  for (const auto& term : camouflage::ObjectiveTerms::all) {
-    page.curves.push_back({term.name, {}});
-    for (const auto& terms : report.history) page.curves.back().values.push_back(terms.*term.value);
-  }
+  page.curves = curves_of(report.history);
   page.options = report.options;
   return page;
 }

@@ -7,17 +7,6 @@
 
 namespace tapestry::shell {
 
-/// Labelled street scenes of size × size pixels; equal for equal random numbers.
-inline std::vector<scenes::LabelledScene> draw_scenes(const Random& source, std::size_t count,
-                                                      std::size_t size) {
-  std::vector<scenes::LabelledScene> drawn(count);
-  parallel_for(count, [&](std::size_t i) {
-    StopSignal::throw_if_arrived();
-    drawn[i] = scenes::draw_labelled(source.fork(i), {}, size);
-  });
-  return drawn;
-}
-
 /// The detector's classes of objects in drawn scenes, in the order car, van, clutter; none for
 /// one that it does not know.
 using SceneClasses = std::array<std::optional<std::size_t>, 3>;

@@ -127,6 +127,8 @@ void visit_settings(SceneSettings& s, Visit visit) {
       "the car, else their materials; or {materials} everywhere");
 }
 
+inline constexpr const char* decode_help = "how logits become boxes: {darknet}, {ultralytics} or {scaled}";
+
 template <class Visit>
 void visit_settings(DetectorSettings& s, Visit visit) {
   visit("cfg", s.cfg,
@@ -139,8 +141,9 @@ void visit_settings(DetectorSettings& s, Visit visit) {
         "{yolox}, {nanodet}, {picodet}, {yolov5}, {yolov8}, {end_to_end}, {torchvision}, {detr} or "
         "{rt_detr}; left out, those are recognised that can be");
   visit("decode", s.decode,
-        "how logits become boxes: {darknet}, {ultralytics} or {scaled}; left out, converted --weights "
-        "decide, or for Darknet weights the cfg: scaled for new_coords=1, else darknet");
+        std::string(decode_help) +
+            "; left out, converted --weights decide, or for Darknet weights the cfg: scaled for "
+            "new_coords=1, else darknet");
   visit("fit", s.fit,
         "how a picture goes into the network's input: {letterbox}, {letterbox_top_left} or {stretch}; left "
         "out, as letter_box of the cfg or the detector's description states, else letterbox");
@@ -290,14 +293,6 @@ inline void require_sound(const SceneSettings& s, ProblemList& list) {
   list.require(s.faces.empty() || s.material.empty(), "--faces and --material cannot be given together");
   list.require(s.mesh.empty() || !s.faces.empty() || !s.material.empty(),
                "--mesh needs --material or --faces, which select the painted faces");
-}
-
-/// Choices of --decode: the families of cfgs.
-inline std::vector<std::string> decode_choices() {
-  std::vector<std::string> choices;
-  for (const auto family : detect::decode_families)
-    if (detect::has_anchors(family)) choices.emplace_back(detect::name_of(family));
-  return choices;
 }
 
 inline void require_sound(const DetectorSettings& s, ProblemList& list) {

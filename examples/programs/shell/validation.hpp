@@ -103,9 +103,7 @@ class Validation {
       parallel_for(views_.size(), try_on);
     else
       for (std::size_t i = 0; i < views_.size(); ++i) try_on(i);
-    double sum = 0;
-    for (const double score : scores) sum += score;
-    return sum / static_cast<double>(scores.size());
+    return std::accumulate(scores.begin(), scores.end(), 0.0) / static_cast<double>(scores.size());
   }
 
   std::string path_;

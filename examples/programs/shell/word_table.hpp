@@ -1,6 +1,5 @@
 #pragma once
 #include <cctype>
-#include <string_view>
 
 #include "protocol/drawing.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 #include <deque>
-#include <tapestry/autodiff/detail/arrays/array_memory.hpp>
+#include <tapestry/autodiff/detail/arrays/adjoint_lane.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/array.hpp>
 
@@ -8,13 +8,13 @@ namespace tapestry {
 namespace detail {
 
 /// The adjoint of one array on a tape, allocated when first needed; in sweeps of several roots, one for each
-/// root, chosen by ArrayMemory::lane. Shared by the tape's record and the variables that name it; the record
-/// detaches it when the tape forgets it.
+/// root, chosen by the tape's AdjointLane. Shared by the tape's record and the variables that name it; the
+/// record detaches it when the tape forgets it.
 template <class T, std::size_t Rank>
 class ArrayAdjoint {
  public:
-  explicit ArrayAdjoint(const Extents<Rank>& extents, std::shared_ptr<ArrayMemory<T>> memory = nullptr)
-      : extents_(extents), memory_(std::move(memory)) {}
+  explicit ArrayAdjoint(const Extents<Rank>& extents, AdjointLane current = nullptr)
+      : extents_(extents), current_(std::move(current)) {}
   ArrayAdjoint(const ArrayAdjoint&) = delete;
   ArrayAdjoint& operator=(const ArrayAdjoint&) = delete;
   ~ArrayAdjoint() { detach(); }
@@ -58,7 +58,7 @@ class ArrayAdjoint {
     Holds holds = Holds::forgotten;
   };
 
-  [[nodiscard]] std::size_t lane_number() const { return memory_ == nullptr ? 0 : memory_->lane; }
+  [[nodiscard]] std::size_t lane_number() const { return current_ == nullptr ? 0 : *current_; }
   [[nodiscard]] Lane& lane() { return lane(lane_number()); }
   [[nodiscard]] Lane& lane(std::size_t number) {
     if (number == 0) return single_;
@@ -71,19 +71,19 @@ class ArrayAdjoint {
   }
   void release(Lane& lane) noexcept {
     lane.holds = Holds::forgotten;
-    detail::release(lane.adjoint, memory_.get());
+    lane.adjoint = Array<T, Rank>();
   }
   Lane& made_zero(Lane& lane) {
     if (lane.holds != Holds::forgotten) return lane;
     if (lane.adjoint.shape() != extents_ || lane.adjoint.storage().size() != count_of(extents_))
-      allocate(lane.adjoint, extents_, memory_.get());
+      lane.adjoint.resize(extents_);
     for (T& element : lane.adjoint.storage()) element = T(0);
     lane.holds = Holds::zeros;
     return lane;
   }
 
   Extents<Rank> extents_;
-  std::shared_ptr<ArrayMemory<T>> memory_;
+  AdjointLane current_;
   Lane single_;
   std::deque<Lane> several_;  // lanes from 1 on; elements stay in place
   bool is_detached_ = false;
@@ -189,7 +189,7 @@ inline constexpr bool is_array_input<T, ArrayVariable<T, Rank>> = true;
 template <class T, std::size_t Rank>
 [[nodiscard]] ArrayVariable<T, Rank> array_input(TapeState<T>& state, Array<T, Rank> value) {
   auto shared = std::make_shared<const Array<T, Rank>>(std::move(value));
-  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(shared->shape(), memory_of(state));
+  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(shared->shape(), lane_of(state));
   const Link link = state.append_record(std::make_unique<InputRecord<T, Rank>>(adjoint));
   return {std::move(shared), std::move(adjoint), link};
 }
@@ -197,7 +197,7 @@ template <class T, std::size_t Rank>
 /// Tape::input() of an array variable: the same value, without a copy, as a new input.
 template <class T, std::size_t Rank>
 [[nodiscard]] ArrayVariable<T, Rank> array_input(TapeState<T>& state, const ArrayVariable<T, Rank>& value) {
-  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(value.shape(), memory_of(state));
+  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(value.shape(), lane_of(state));
   const Link link = state.append_record(std::make_unique<InputRecord<T, Rank>>(adjoint));
   return {value.shared_value(), std::move(adjoint), link};
 }

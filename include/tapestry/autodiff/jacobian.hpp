@@ -44,7 +44,7 @@ void sweep_vectors(TapeState<T>& state, std::span<const Variable<T>> roots,
     }
   state.sweep_outside([&](std::span<const HeldRecord<T>> records) {
     if (kept != nullptr) visit_results(state, [&](std::size_t result) { adjoints.keep(result); });
-    VectorPullbacks<T, Width> pullbacks(records, lane_count, last, state.array_memory, adjoints);
+    VectorPullbacks<T, Width> pullbacks(records, lane_count, last, state.adjoint_lane, adjoints);
     state.visit_backwards([&](const StatementRun& run) {
       VectorSweep<T, Width>::run(
           run, last, adjoints, [&](std::size_t statement) { pullbacks.run(statement); },
@@ -143,7 +143,7 @@ template <std::floating_point T>
   constexpr std::size_t width = 8;
   std::vector<T> result(roots.size() * variables.size());
   const std::span<T> rows(result);
-  if (tape.shared_state()->array_memory != nullptr) {
+  if (tape.shared_state()->adjoint_lane != nullptr) {
     for (std::size_t i = 0; i < roots.size(); ++i) {
       tape.reverse(roots[i]);
       tape.adjoints(variables, rows.subspan(i * variables.size(), variables.size()));

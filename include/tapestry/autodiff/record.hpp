@@ -115,7 +115,7 @@ template <class T, std::size_t Rank, class Pullback, class... Slots>
                                                         Pullback pullback, Slots... slot) {
   TapeState<T>* const state = tape_of<T>(slot...);
   if (state == nullptr) return {std::move(value), nullptr, Link{}};
-  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(value->shape(), memory_of(*state));
+  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(value->shape(), lane_of(*state));
   using Record = ArrayRecord<T, Rank, Pullback, Slots...>;
   const Link link = state->append_record(
       std::make_unique<Record>(std::move(pullback), std::tuple<Slots...>(std::move(slot)...), adjoint));
@@ -132,7 +132,7 @@ template <class T, std::size_t Rank, class Pullback, class... Slots>
   using Record = ArraysRecord<T, Rank, Pullback, Slots...>;
   typename Record::Adjoints adjoints;
   for (const auto& result : results)
-    adjoints.push_back(std::make_shared<ArrayAdjoint<T, Rank>>(result.shape(), memory_of(*state)));
+    adjoints.push_back(std::make_shared<ArrayAdjoint<T, Rank>>(result.shape(), lane_of(*state)));
   const Link link = state->append_record(
       std::make_unique<Record>(std::move(pullback), std::tuple<Slots...>(std::move(slot)...), adjoints));
   for (std::size_t i = 0; i < results.size(); ++i)

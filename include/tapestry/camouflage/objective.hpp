@@ -1,7 +1,6 @@
 #pragma once
 #include <tapestry/camouflage/detail/method/method.hpp>
 #include <tapestry/camouflage/ensemble.hpp>
-#include <tapestry/camouflage/objective_terms.hpp>
 
 /// \file
 /// The first header of camouflage/: a paint p, optimised so that a detector loses the car.
@@ -34,6 +33,7 @@ template <std::floating_point T>
 struct DrawnPaint {
   ArrayVariable<T, 2> texels;       ///< printed colours in the views' space, with the levels of a pyramid
   ArrayVariable<T, 2> positions{};  ///< [V, 3] in the world where the method moves the shape, else empty
+  bool is_of_view = false;          ///< whether texels holds the raster::own_texels() of the only view alone
 };
 
 /// The whole pipeline as one function on the tape:

@@ -106,7 +106,8 @@ class Training {
   /// The session depends on the seed and the step's number only, as does the batch.
   [[nodiscard]] std::optional<PhotoSession> next_session(const std::vector<ViewPointer>& views) const;
 
-  /// Derivatives by the texels and positions that views are drawn with; empty if not wanted.
+  /// Derivatives by the texels and positions that a view is drawn with: by the texels that it reads, or by
+  /// all where the car's shape moves. Empty if not wanted.
   struct Slopes {
     Array<T, 2> texels, positions;
   };
@@ -117,6 +118,9 @@ class Training {
     Slopes slopes{};
 
     [[nodiscard]] std::vector<double> numbers() const;
+    [[nodiscard]] static std::size_t count_of(const Slopes& slopes) {
+      return ObjectiveTerms::all.size() + slopes.texels.size() + slopes.positions.size();
+    }
     /// \param slopes  of the extents that are wanted
     static Share of(const double* numbers, Slopes slopes);
   };
@@ -127,11 +131,11 @@ class Training {
 
   /// find() of some views of a step, in their order. Each process computes its own share on several
   /// threads; then all exchange them.
-  /// \param slopes  of the extents that find() gives
+  /// \param slopes  of the extents that find() gives for each
   template <class Find>
   [[nodiscard]] std::vector<Share> shares_of(const std::vector<ViewPointer>& batch,
-                                             const std::vector<std::size_t>& views, const Slopes& slopes,
-                                             Find find) {
+                                             const std::vector<std::size_t>& views,
+                                             const std::vector<Slopes>& slopes, Find find) {
     std::vector<Share> shares(views.size());
     std::vector<std::size_t> own;
     for (std::size_t k = shared_.own; k < views.size(); k += shared_.processes) own.push_back(k);
@@ -159,7 +163,7 @@ class Training {
   }
 
   /// Takes the shares of the other processes, a round of one view each after the other.
-  void exchange(std::vector<Share>& shares, const Slopes& slopes) const;
+  void exchange(std::vector<Share>& shares, const std::vector<Slopes>& slopes) const;
 
   /// A step's loss is the sum of its views' losses, each divided by its entry here: the number of views, or
   /// if only the worst count, 1 / weight by worst_view_weights(), ∞ for views that do not count.
@@ -174,7 +178,7 @@ class Training {
       const auto shot = shot_of(i);
       return Share{objective_.evaluate(paint, std::span(&views[i], 1), shot ? &*shot : nullptr).terms, {}};
     };
-    std::ranges::transform(shares_of(views, all, {}, loss_of), losses.begin(),
+    std::ranges::transform(shares_of(views, all, std::vector<Slopes>(all.size()), loss_of), losses.begin(),
                            [](const Share& share) { return share.terms.total; });
     if (std::ranges::any_of(losses, [](double loss) { return std::isnan(loss); }))
       return divisors;  // the step then fails because of its terms
@@ -183,15 +187,31 @@ class Training {
     return divisors;
   }
 
+  /// Slopes of the extents that share_of() gives for some views.
+  [[nodiscard]] static std::vector<Slopes> slopes_of(const DrawnPaint<T>& paint,
+                                                     const std::vector<ViewPointer>& views,
+                                                     const std::vector<std::size_t>& counting);
+
   /// The mean of the views' gradients, or their weighted sum if only the worst count; stores the same of the
   /// terms in terms_.
   [[nodiscard]] Array<T, 2> gradient_of(const std::vector<ViewPointer>& views);
 
-  /// ⟨x, Σ slopes / divisors⟩ on the active tape, whose reverse sweep continues the views' sweeps.
-  /// \param slopes  which of each share's
-  [[nodiscard]] static Variable<T> continued(const ArrayVariable<T, 2>& x, const std::vector<Share>& shares,
-                                             const std::vector<double>& divisors,
-                                             Array<T, 2> Slopes::*slopes);
+  /// A variable, 0, whose pullback adds Σ slopes / divisors to x: the reverse sweep continues the views'
+  /// sweeps. \param add  add(number of a share, its divisor, x's adjoint), called in the order of the shares
+  template <class Add>
+  [[nodiscard]] static Variable<T> continued(const ArrayVariable<T, 2>& x,
+                                             const std::vector<double>& divisors, Add add) {
+    return record_scalar(
+        T(0),
+        [add, divisors](T, Array<T, 2>* x_adjoint) {
+          for (std::size_t k = 0; k < divisors.size(); ++k) add(k, static_cast<T>(divisors[k]), *x_adjoint);
+        },
+        x);
+  }
+
+  static void add_quotient(const Array<T, 2>& slopes, T divisor, Array<T, 2>& adjoint) {
+    for (std::size_t i = 0; i < slopes.size(); ++i) adjoint.data()[i] += slopes.data()[i] / divisor;
+  }
 
   void require_finite_terms(const std::vector<ViewPointer>& views) const;
 

@@ -23,8 +23,8 @@ struct View {
   std::string name;
   Array<T, 3> background;                      ///< I, [H, W, 3], RGB in [0, 1]
   std::array<std::size_t, 2> frame_extents{};  ///< rows and columns of the frame's picture
-  /// Texture → m·O, [h, w, 3], multiplied by its coverage m·c.
-  std::shared_ptr<const raster::TextureOperator<T>> paint_to_picture;
+  /// Texture → m·O, [h, w, 3], multiplied by its coverage m·c; of the texels that the view reads.
+  std::shared_ptr<const raster::CompactOperator<T>> paint_to_picture;
   image::PixelWindow window;  ///< its place in the frame; empty if nothing shows
   /// [h, w], 1 where a pixel and its right and lower neighbours are all car.
   std::shared_ptr<const Array<T, 2>> interior;
@@ -97,8 +97,8 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> picture_of(const View<T>& view, const Array<T, 2>& colours);
 
-/// Texels that the operator of a view takes, see raster::stored_texels(): the same in all views of a car. For
-/// a fine texture they take longer than a picture. Parameter as for picture_of().
+/// Texels that views are drawn from, see raster::stored_texels(): the same in all views of a car. For a fine
+/// texture they take longer than a picture. Parameter as for picture_of().
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> texels_of(const View<T>& view, const Array<T, 2>& colours);
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <tapestry/core/detail/array_concepts.hpp>
 #include <tapestry/core/detail/supported_target.hpp>
+#include <tapestry/core/platform/memory.hpp>
 #include <vector>
 // C's <complex.h> defines I, and xtensor has parameters of this name.
 #pragma push_macro("I")
@@ -16,9 +17,10 @@
 
 namespace tapestry {
 
-/// The array type of Tapestry's interfaces: row-major, owning, number of axes fixed.
+/// The array type of Tapestry's interfaces: row-major, owning, number of axes fixed; large ones in memory
+/// that platform::PagePool keeps. An array of another allocator becomes one by Array<T, Rank>(other).
 template <class T, std::size_t Rank>
-using Array = xt::xtensor<T, Rank, xt::layout_type::row_major>;
+using Array = xt::xtensor<T, Rank, xt::layout_type::row_major, platform::PageAllocator<T>>;
 
 template <std::size_t Rank>
 using Extents = std::array<std::size_t, Rank>;

@@ -9,7 +9,10 @@ extern const char include_tapestry_implementation_hpp_in_one_source_file_or_link
 namespace detail {
 /// Refers to that name in every program that includes a header whose bodies are compiled once: eight bytes a
 /// program, for the linker keeps one copy.
-[[gnu::used, gnu::retain]] inline const char* const compiled_part =
+#ifdef __ELF__
+[[gnu::retain]]
+#endif
+[[gnu::used]] inline const char* const compiled_part =
     &include_tapestry_implementation_hpp_in_one_source_file_or_link_tapestry_compiled;
 }  // namespace detail
 

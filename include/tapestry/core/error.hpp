@@ -126,7 +126,7 @@ class FileError : public Error {
   /// The parts of the message, for callers that show them in their own way.
   struct Details {
     std::string path;        ///< as the user gave it
-    std::string position{};  ///< "12" for a line, "@20" for a byte offset
+    std::string position{};  ///< "12" for a line, "12:5" with a column, "@20" for a byte
     std::string what{};      ///< the complaint, lower case, without a full stop
     std::string expected{};
     std::string found{};

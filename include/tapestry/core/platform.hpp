@@ -113,9 +113,12 @@ struct ProcessCost {
 };
 [[nodiscard]] ProcessCost process_cost();  ///< since its start
 
-/// Keeps freed memory for the next step instead of returning it to the system. The system would clear every
-/// page again, which takes a third of a training step.
-void keep_freed_memory();
+/// Bytes of memory that this process may fill: the machine's, or those of its container; 0 if unknown.
+[[nodiscard]] std::uint64_t machine_memory();
+
+/// Lets this process fail to allocate, where the system would otherwise kill it, once its memory exceeds so
+/// many bytes; on Windows nothing, for there it fails by itself.
+void limit_memory(std::uint64_t bytes);
 
 /// True if the error stream is a terminal.
 [[nodiscard]] bool is_error_stream_a_terminal();

@@ -126,11 +126,10 @@ inline constexpr const char* other_run_name = "other run";
 /// Control::share_in_place of matched noise, the mean over its draws; none without it.
 [[nodiscard]] std::optional<double> noise_in_place(const std::vector<Control>& controls);
 
-/// Picture of a view with noise in place of its paint. The noise is drawn in the picture and not on the
-/// car: it matches the paint as it appears there, in the same light. The same picture with black and with
-/// grey paint separates each pixel's paint from its light. So the noise has the colours and the
-/// spectrum that this camera sees of the paint, at whatever scale, and no design. No texture
-/// looks like it from two sides.
+/// Picture of a view with noise in place of its paint. The noise is drawn in the picture and not on the car:
+/// it matches the paint as it appears there, in the same light. The same picture with black and with grey
+/// paint separates each pixel's paint from its light. So the noise has the colours and the spectrum that this
+/// camera sees of the paint, at whatever scale, and no design. No texture looks like it from two sides.
 ///
 /// \param paint   colours and, where it covers parts of the car, which these are
 /// \param random  not advanced; see matched_noise()

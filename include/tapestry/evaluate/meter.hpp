@@ -3,7 +3,6 @@
 #include <tapestry/evaluate/detail/fate.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/evaluate/views.hpp>
-#include <tapestry/loss/prediction.hpp>
 
 namespace tapestry::evaluate {
 

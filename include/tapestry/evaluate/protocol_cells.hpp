@@ -81,8 +81,7 @@ template <std::predicate<std::size_t> Belongs>
   return cell;
 }
 
-/// Mean over each view's pictures with one texture, of the measured
-/// frames with belongs(index).
+/// Mean over each view's pictures with one texture, of the measured frames with belongs(index).
 ///
 /// \param values           [frame, column], of the outcomes
 /// \param texture          its index in the outcomes
@@ -242,8 +241,7 @@ template <std::predicate<std::size_t> Belongs>
 [[nodiscard]] std::optional<std::size_t> least_hidden_cell(const std::vector<Cell>& cells,
                                                            std::size_t texture);
 
-/// The cell where a detector finds the car least, by the upper end of P@0.5's
-/// interval. None without frames.
+/// The cell where a detector finds the car least, by the upper end of P@0.5's interval. None without frames.
 [[nodiscard]] std::optional<std::size_t> least_found_cell(const std::vector<Cell>& cells,
                                                           std::size_t texture);
 

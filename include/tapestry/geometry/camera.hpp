@@ -186,12 +186,7 @@ struct Intrinsics {
   if (!(k.width > 0) || !(k.height > 0) || !is_finite({k.width, k.height, 0}))
     fail("width and height must be positive and finite");
   if (!is_finite({k.centre_x, k.centre_y, 0})) fail("the principal point must be finite");
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) {
-      const double product = dot(view_from_world[i], view_from_world[j]);
-      if (!(std::abs(product - (i == j ? 1 : 0)) <= 1e-6)) fail("the rows of R must be orthonormal");
-    }
-  }
+  if (!is_orthonormal(view_from_world)) fail("the rows of R must be orthonormal");
   if (!is_finite(translation)) fail("the translation must be finite");
   Camera camera;
   camera.tan_half_fov_x = k.width / (2 * k.focal_x);

@@ -57,6 +57,16 @@ using Matrix3 = std::array<Vector3, 3>;
           matrix[0][2] * a[0] + matrix[1][2] * a[1] + matrix[2][2] * a[2]};
 }
 
+/// Whether M is orthonormal, a rotation or a reflection: no entry of M·Mᵀ − I exceeds `tolerance`. NaN is
+/// not.
+[[nodiscard]] inline bool is_orthonormal(const Matrix3& matrix, double tolerance = 1e-6) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j)
+      if (!(std::abs(dot(matrix[i], matrix[j]) - (i == j ? 1 : 0)) <= tolerance)) return false;
+  }
+  return true;
+}
+
 /// The smallest box along the axes around some points.
 struct Bounds {
   Vector3 low{}, high{};

@@ -35,7 +35,7 @@ class Buffer {
       // Kernels access memory at large distances, where looking up a page of 4 KiB can take longer than
       // loading a cache line. So large memory begins at a large page.
       void* const fresh = platform::allocate_pages(bytes);
-      memory_.reset(static_cast<Element*>(fresh));
+      memory_ = {static_cast<Element*>(fresh), platform::FreePages{bytes}};
       capacity_ = count;
       std::memset(static_cast<char*>(fresh) + count * sizeof(Element), 0, bytes - count * sizeof(Element));
     }
@@ -57,7 +57,7 @@ class Buffer {
 
  private:
   static constexpr std::size_t slack = 128;
-  std::unique_ptr<Element, platform::FreePages> memory_;
+  std::unique_ptr<Element, platform::FreePages> memory_{};
   std::size_t size_ = 0;
   std::size_t capacity_ = 0;
 };

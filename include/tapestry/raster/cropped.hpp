@@ -21,7 +21,7 @@ template <std::floating_point T>
 }
 
 /// The operator of a window of the picture: render() of it is the crop of render(), and costs no more than
-/// the window. Drops entries outside the window, and tiles, see with_tiles().
+/// the window. Drops entries outside the window.
 ///
 /// \throws ShapeError if the window leaves the picture
 template <std::floating_point T>
@@ -59,14 +59,11 @@ template <std::floating_point T>
 /// background I, m·P + (1 − m·c)·I, the mesh shows where m is 1, and I alone where m is 0. Pixels that m
 /// hides leave the operator and cost no time.
 ///
-/// The result has no tiles, see with_tiles().
-/// Without tiles, see with_tiles().
 /// \param mask  m, [H, W], in [0, 1]
 /// \throws ShapeError if mask is not of the picture's size
 template <std::floating_point T>
 [[nodiscard]] TextureOperator<T> masked(TextureOperator<T> picture, const Array<T, 2>& mask) {
   require_shape("masked", "mask", mask, {picture.height, picture.width});
-  picture.tiles = nullptr;  // tiles hold other weights
   for (std::size_t pixel = 0; pixel < mask.size(); ++pixel) {
     const T m = mask.data()[pixel];
     picture.coverage.data()[pixel] *= m;

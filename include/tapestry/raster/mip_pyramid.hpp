@@ -22,22 +22,19 @@ struct MipStep {
   MipLevel coarse;
   std::vector<MipOverlap> rows;
   std::vector<MipOverlap> columns;
+  std::vector<double> parts;  ///< of a coarse texel that each fine one makes up, as visit_row() visits them
+  std::vector<std::size_t> first_part;  ///< by coarse row
 
-  MipStep(const MipLevel& finer, const MipLevel& coarser)
-      : fine(finer),
-        coarse(coarser),
-        rows(mip_overlaps(coarser.height, finer.height)),
-        columns(mip_overlaps(coarser.width, finer.width)) {}
+  MipStep(const MipLevel& finer, const MipLevel& coarser);
 
-  /// Calls visit(coarse texel, fine texel, weight) for the coarse texels of a row.
+  /// Calls visit(coarse texel, fine texel, part) for the coarse texels of a row.
   template <class Visit>
   void visit_row(std::size_t i, Visit visit) const {
-    for (std::size_t j = 0; j < coarse.width; ++j)
-      for (std::size_t y = 0; y < rows[i].count; ++y)
-        for (std::size_t x = 0; x < columns[j].count; ++x)
-          visit(coarse.first_texel + i * coarse.width + j,
-                fine.first_texel + (rows[i].first + y) * fine.width + columns[j].first + x,
-                rows[i].weights[y] * columns[j].weights[x]);
+    visit_row(*this, i, visit);
+  }
+  template <class Visit>
+  void visit_row(std::size_t i, Visit visit) {
+    visit_row(*this, i, visit);
   }
 
   /// Calls visit(coarse texel, fine texel) for the fine texels whose corner lies in a coarse row: each once.
@@ -63,6 +60,19 @@ struct MipStep {
 
   /// Whether no fine row lies in two coarse ones.
   [[nodiscard]] bool rows_are_apart() const { return fine.height % coarse.height == 0; }
+
+ private:
+  template <class Step, class Visit>
+  static void visit_row(Step& step, std::size_t i, Visit& visit) {
+    const MipOverlap& row = step.rows[i];
+    auto* part = step.parts.data() + step.first_part[i];
+    for (std::size_t j = 0; j < step.coarse.width; ++j) {
+      const std::size_t coarse = step.coarse.first_texel + i * step.coarse.width + j;
+      std::size_t first = step.fine.first_texel + row.first * step.fine.width + step.columns[j].first;
+      for (std::size_t y = 0; y < row.count; ++y, first += step.fine.width)
+        for (std::size_t x = 0; x < step.columns[j].count; ++x) visit(coarse, first + x, *part++);
+    }
+  }
 };
 
 }  // namespace detail
@@ -83,13 +93,19 @@ class MipPyramid {
   template <std::floating_point T>
   MipPyramid(const TextureLayout& layout, const Array<T, 2>& used) : MipPyramid(layout) {
     require_shape("MipPyramid", "used", used, {layout.height, layout.width});
-    shares_.assign(texel_count_, 0.0);
-    for (std::size_t i = 0; i < used.size(); ++i) shares_[i] = used.data()[i] != T(0) ? 1.0 : 0.0;
-    for (const detail::MipStep& step : steps_)
+    std::vector<double> shares(texel_count_, 0.0);  // used share of each texel's area
+    for (std::size_t i = 0; i < used.size(); ++i) shares[i] = used.data()[i] != T(0) ? 1.0 : 0.0;
+    for (detail::MipStep& step : steps_) {
       for (std::size_t i = 0; i < step.coarse.height; ++i)
-        step.visit_row(i, [&](std::size_t coarse, std::size_t fine, double weight) {
-          shares_[coarse] += weight * shares_[fine];
+        step.visit_row(i, [&](std::size_t coarse, std::size_t fine, double& part) {
+          shares[coarse] += part * shares[fine];
         });
+      for (std::size_t i = 0; i < step.coarse.height; ++i)
+        step.visit_row(i, [&](std::size_t coarse, std::size_t fine, double& part) {
+          part = shares[fine] == 0 ? 0 : part * (shares[fine] / shares[coarse]);
+        });
+    }
+    for (const double share : shares) is_used_.push_back(share == 0 ? std::uint8_t{0} : std::uint8_t{1});
   }
 
   /// Texels of all levels.
@@ -101,53 +117,62 @@ class MipPyramid {
   template <std::floating_point T>
   [[nodiscard]] Array<T, 2> operator()(const Array<T, 2>& texels) const {
     require_shape("MipPyramid", "texels", texels, {layout_.height * layout_.width, 3});
-    auto pyramid = zeros<T, 2>({texel_count_, 3});
+    Array<T, 2> pyramid(Extents<2>{texel_count_, 3});
     T* const colours = pyramid.data();
     std::copy_n(texels.data(), texels.size(), colours);
+    std::fill(colours + texels.size(), colours + pyramid.size(), T(0));
     for (const detail::MipStep& step : steps_)
       step.for_each_row(true, [&](std::size_t i) {
-        step.visit_row(i, [&](std::size_t coarse, std::size_t fine, double weight) {
-          const double part = part_of(fine, coarse);
-          if (part > 0) add(static_cast<T>(weight * part), colours + 3 * fine, colours + 3 * coarse);
+        step.visit_row(i, [&](std::size_t coarse, std::size_t fine, double part) {
+          if (part > 0) add(static_cast<T>(part), colours + 3 * fine, colours + 3 * coarse);
         });
       });
-    if (shares_.empty()) return pyramid;
+    if (is_used_.empty()) return pyramid;
     for (auto step = steps_.rbegin(); step != steps_.rend(); ++step)
       step->for_each_row(true, [&](std::size_t i) {
         step->visit_children(i, [&](std::size_t coarse, std::size_t fine) {
-          if (shares_[fine] == 0) std::copy_n(colours + 3 * coarse, 3, colours + 3 * fine);
+          if (is_used_[fine] == 0) std::copy_n(colours + 3 * coarse, 3, colours + 3 * fine);
         });
       });
     return pyramid;
   }
 
   /// Adds the pullback to texels_adjoint, [height · width, 3]; the same bits for any number of threads.
-  /// \param pyramid_adjoint  [texel_count, 3]; taken by value, since coarse levels flow into finer ones
+  /// \param pyramid_adjoint  [texel_count, 3]
   /// \throws ShapeError if an array does not fit the layout
   template <std::floating_point T>
-  void adjoint(Array<T, 2> pyramid_adjoint, Array<T, 2>& texels_adjoint) const {
+  void adjoint(const Array<T, 2>& pyramid_adjoint, Array<T, 2>& texels_adjoint) const {
     require_shape("MipPyramid::adjoint", "pyramid_adjoint", pyramid_adjoint, {texel_count_, 3});
     require_shape("MipPyramid::adjoint", "texels_adjoint", texels_adjoint,
                   {layout_.height * layout_.width, 3});
-    T* const adjoints = pyramid_adjoint.data();
-    if (!shares_.empty())
-      for (const detail::MipStep& step : steps_)
-        step.for_each_row(true, [&](std::size_t i) {
-          step.visit_children(i, [&](std::size_t coarse, std::size_t fine) {
-            if (shares_[fine] != 0) return;
-            add(T(1), adjoints + 3 * fine, adjoints + 3 * coarse);
-            std::fill_n(adjoints + 3 * fine, 3, T(0));
-          });
-        });
-    for (auto step = steps_.rbegin(); step != steps_.rend(); ++step)
-      step->for_each_row(step->rows_are_apart(), [&](std::size_t i) {
-        step->visit_row(i, [&](std::size_t coarse, std::size_t fine, double weight) {
-          add(static_cast<T>(weight * part_of(fine, coarse)), adjoints + 3 * coarse, adjoints + 3 * fine);
+    const std::size_t finest = texels_adjoint.size();
+    // Levels flow into one another, all but the finest, which ends in texels_adjoint.
+    Array<T, 1> coarser(Extents<1>{pyramid_adjoint.size() - finest});
+    std::copy(pyramid_adjoint.data() + finest, pyramid_adjoint.data() + pyramid_adjoint.size(),
+              coarser.data());
+    const auto of_coarse = [&](std::size_t texel) { return coarser.data() + (3 * texel - finest); };
+    for (std::size_t level = 0; level < steps_.size() && !is_used_.empty(); ++level)
+      steps_[level].for_each_row(true, [&](std::size_t i) {
+        steps_[level].visit_children(i, [&](std::size_t coarse, std::size_t fine) {
+          if (is_used_[fine] != 0) return;
+          if (level == 0) return add(T(1), pyramid_adjoint.data() + 3 * fine, of_coarse(coarse));
+          add(T(1), of_coarse(fine), of_coarse(coarse));
+          std::fill_n(of_coarse(fine), 3, T(0));
         });
       });
-    parallel_for_blocks(texels_adjoint.size(), 8192, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) texels_adjoint.data()[i] += adjoints[i];
+    const bool all_count = is_used_.empty() || steps_.empty();  // a picture of one texel has no coarser one
+    parallel_for_blocks(finest / 3, 4096, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        if (all_count || is_used_[i] != 0)
+          add(T(1), pyramid_adjoint.data() + 3 * i, texels_adjoint.data() + 3 * i);
     });
+    for (std::size_t level = steps_.size(); level-- > 0;)
+      steps_[level].for_each_row(steps_[level].rows_are_apart(), [&](std::size_t i) {
+        steps_[level].visit_row(i, [&](std::size_t coarse, std::size_t fine, double part) {
+          T* const to = level == 0 ? texels_adjoint.data() + 3 * fine : of_coarse(fine);
+          add(static_cast<T>(part), of_coarse(coarse), to);
+        });
+      });
   }
 
  private:
@@ -156,12 +181,9 @@ class MipPyramid {
     for (std::size_t c = 0; c < 3; ++c) to[c] += weight * from[c];
   }
 
-  /// Weight of a fine texel's used part in a coarse texel, in equal areas.
-  [[nodiscard]] double part_of(std::size_t fine, std::size_t coarse) const;
-
   TextureLayout layout_;
   std::vector<detail::MipStep> steps_;  ///< from the finest level up
-  std::vector<double> shares_;          ///< used share of each texel's area; empty: all of it
+  std::vector<std::uint8_t> is_used_;   ///< 0 where no face refers to any part; empty: all are
   std::size_t texel_count_ = 0;
 };
 

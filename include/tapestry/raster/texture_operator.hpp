@@ -1,5 +1,5 @@
 #pragma once
-#include <tapestry/raster/detail/texture_tiles.hpp>
+#include <tapestry/raster/detail/operator_band.hpp>
 
 namespace tapestry::raster {
 
@@ -9,8 +9,8 @@ namespace tapestry::raster {
 ///
 /// over row_begin[r] ≤ i < row_begin[r + 1] for the row r with pixels[r] = p. Coverage and the face's
 /// light are in the weights. Made by texture_operator(), applied by render() and render_adjoint().
-/// Memory: see memory_bytes(); about 4 + sizeof(T) bytes an entry, twice that with tiles, and 4 to 9
-/// entries a covered pixel, more where an atlas is filtered.
+/// Memory: see memory_bytes(); about 4 + sizeof(T) bytes an entry, and 4 to 9 entries a covered pixel, more
+/// where an atlas is filtered.
 template <std::floating_point T>
 struct TextureOperator {
   std::size_t height = 0;
@@ -24,8 +24,7 @@ struct TextureOperator {
   Array<T, 3> constant;  ///< [H, W, 3] lit colour of faces that are not painted, and what a ClearCoat
                          ///< mirrors, times coverage
   Array<T, 2> coverage;  ///< [H, W] share of the pixel that shows any face, in [0, 1]
-  std::size_t non_finite_faces = 0;                ///< faces left out since a corner is not finite
-  std::shared_ptr<const TextureTiles<T>> tiles{};  ///< see with_tiles(); hold the entries of that time
+  std::size_t non_finite_faces = 0;  ///< faces left out since a corner is not finite
 };
 
 /// Memory that an operator holds.
@@ -33,17 +32,8 @@ template <std::floating_point T>
 [[nodiscard]] std::size_t memory_bytes(const TextureOperator<T>& picture) {
   return (picture.pixels.capacity() + picture.row_begin.capacity() + picture.texels_of.capacity()) *
              sizeof(std::uint32_t) +
-         (picture.weights.capacity() + picture.constant.size() + picture.coverage.size()) * sizeof(T) +
-         (picture.tiles ? memory_bytes(*picture.tiles) : 0);
+         (picture.weights.capacity() + picture.constant.size() + picture.coverage.size()) * sizeof(T);
 }
-
-/// An operator whose adjoints several threads share by tiles of texels. Sorting takes as long as about two
-/// adjoints, and the entries are held twice, with 8 bytes more for each run of a pixel's entries in one tile:
-/// it pays off for operators that are used again. Make it anew after a change of pixels, texels_of or
-/// weights. All tiles have equally many texels, so a view that reads few of them, such as a far one of a
-/// filtered atlas, keeps fewer threads busy.
-template <std::floating_point T>
-[[nodiscard]] TextureOperator<T> with_tiles(TextureOperator<T> picture);
 
 namespace detail {
 
@@ -201,9 +191,8 @@ template <std::floating_point T>
 
 /// Adds Aᵀ·render_adjoint to texels_adjoint, A being the linear part of render().
 ///
-/// Texels are divided among the threads: by tiles, see with_tiles(), or else in runs of 256. Without tiles
-/// each thread reads all entries. The entries of a texel are added in the stored order, so the sums are the
-/// same for any number of threads, with tiles and without.
+/// Texels are divided among the threads in runs of 256; each thread reads all entries. The entries of a texel
+/// are added in the stored order, so the sums are the same for any number of threads.
 ///
 /// \param render_adjoint  [H, W, 3]
 /// \param texels_adjoint  [texel_count, 3]
@@ -226,17 +215,61 @@ template <std::floating_point T>
 template <std::floating_point T>
 void render(const TextureOperator<T>&&, const ArrayVariable<T, 2>&) = delete;  // it would be gone
 
+/// An operator over those texels alone that it reads: texel_count is their number. A step with it costs the
+/// same whatever the texture's size.
+template <std::floating_point T>
+struct CompactOperator : TextureOperator<T> {
+  std::size_t whole_count = 0;        ///< texels of the texture
+  std::vector<std::uint32_t> texels;  ///< number in the texture of each own texel, ascending
+};
+
+/// Memory that an operator holds.
+template <std::floating_point T>
+[[nodiscard]] std::size_t memory_bytes(const CompactOperator<T>& picture) {
+  return memory_bytes(static_cast<const TextureOperator<T>&>(picture)) +
+         picture.texels.capacity() * sizeof(std::uint32_t);
+}
+
+/// The operator over its own texels.
+template <std::floating_point T>
+[[nodiscard]] CompactOperator<T> compacted(TextureOperator<T> picture);
+
+/// Rows of a texture that an operator reads, [texel_count, 3].
+/// \param texels  [whole_count, 3]
+/// \throws ShapeError if texels does not fit the operator
+template <std::floating_point T>
+[[nodiscard]] Array<T, 2> own_texels(const CompactOperator<T>& picture, const Array<T, 2>& texels) {
+  require_shape("own_texels", "texels", texels, {picture.whole_count, 3});
+  Array<T, 2> own(Extents<2>{picture.texels.size(), 3});
+  for (std::size_t i = 0; i < picture.texels.size(); ++i)
+    std::copy_n(texels.data() + 3 * std::size_t{picture.texels[i]}, 3, own.data() + 3 * i);
+  return own;
+}
+
+/// Adds rows by an operator's own texels, each divided by `divisor`, to those of the texture.
+/// \param own    [texel_count, 3]
+/// \param texels [whole_count, 3]
+template <std::floating_point T>
+void add_own_texels(const CompactOperator<T>& picture, const Array<T, 2>& own, T divisor,
+                    Array<T, 2>& texels) {
+  parallel_for_blocks(picture.texels.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      for (std::size_t c = 0; c < 3; ++c)
+        texels.data()[3 * std::size_t{picture.texels[i]} + c] += own.data()[3 * i + c] / divisor;
+  });
+}
+
 /// The pictures of a texture in several views, as one record on the active tape. Views are rendered and
 /// pulled back side by side; their adjoints are summed in the order of views, so the result has the same bits
 /// for any number of threads.
 ///
 /// \param pictures  the views, which may differ in size; the tape keeps them alive
-/// \param texels    [texel_count, 3]
+/// \param texels    [whole_count, 3]
 /// \returns         of each view [H, W, 3], colour times coverage
 /// \throws ShapeError if texels does not fit one of the operators
 template <std::floating_point T>
 [[nodiscard]] std::vector<ArrayVariable<T, 3>> render(
-    const std::vector<std::shared_ptr<const TextureOperator<T>>>& pictures,
+    const std::vector<std::shared_ptr<const CompactOperator<T>>>& pictures,
     const ArrayVariable<T, 2>& texels);
 
 }  // namespace tapestry::raster

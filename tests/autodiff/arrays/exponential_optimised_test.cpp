@@ -3,7 +3,6 @@
 #include <tapestry/autodiff/detail/arrays/reduction.hpp>
 
 #include "../../support/active_tape.hpp"
-#include "../../support/catch.hpp"
 #include "../../support/random_array.hpp"
 #include "../../support/relative_distance.hpp"
 

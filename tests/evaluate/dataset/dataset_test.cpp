@@ -144,6 +144,8 @@ TEST_CASE("COCO's instances are read in order of their ids", "[io][dataset]") {
   CHECK(objects[1].is_crowd);
   CHECK_THROWS_WITH(evaluate::objects_in_pixels(dataset.pictures[1], 40, 30),
                     contains("another size than its labels state; expected 40x30, found 30x40"));
+  CHECK_THROWS_AS(evaluate::objects_in_pixels(dataset.pictures[1], 31, 40), FileError);
+  CHECK_THROWS_AS(evaluate::objects_in_pixels(dataset.pictures[1], 30, 41), FileError);
 }
 
 TEST_CASE("N26: COCO files that make no sense are refused with the entry and the place", "[io][dataset]") {

@@ -2,7 +2,6 @@
 #include <tapestry/image/transform/chain.hpp>
 
 #include "../../support/active_tape.hpp"
-#include "../../support/catch.hpp"
 #include "../../support/finite_difference.hpp"
 #include "../../support/random_array.hpp"
 #include "../../support/threads.hpp"

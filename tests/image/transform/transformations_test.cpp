@@ -5,7 +5,6 @@
 #include <turbojpeg.h>
 #endif
 
-#include "../../support/catch.hpp"
 #include "../../support/random_array.hpp"
 #include "../../support/relative_distance.hpp"
 
@@ -225,9 +224,8 @@ TEST_CASE("JPEG equals libjpeg-turbo's compression and decompression", "[image][
     to_theirs += std::pow(int(ours.data()[i]) - int(theirs.data()[i]), 2);
     to_picture += std::pow(int(ours.data()[i]) - int(bytes.data()[i]), 2);
   }
-  // libjpeg also rounds luma, chroma and colours to whole numbers: a few coefficients
-  // become their neighbours. A wrong table, scale or order of coefficients differs as
-  // much as the picture does.
+  // libjpeg also rounds luma, chroma and colours to whole numbers: a few coefficients become their
+  // neighbours. A wrong table, scale or order of coefficients differs as much as the picture does.
   INFO("quality " << quality << ", halved " << is_halved << ": rms from theirs "
                   << std::sqrt(to_theirs / static_cast<double>(ours.size())) << ", from the picture "
                   << std::sqrt(to_picture / static_cast<double>(ours.size())));

@@ -1,4 +1,3 @@
-
 #include <filesystem>
 #include <tapestry/io/onnx/onnx_file.hpp>
 

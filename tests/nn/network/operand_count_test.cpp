@@ -12,82 +12,46 @@ constexpr std::size_t any = std::numeric_limits<std::size_t>::max();
 
 /// Least and most operands at the opsets of the vocabulary's cases, where they are not one and one.
 /// Source: onnx.ai, Operators.md; for Tapestry's own operators, their headers.
-const std::map<std::string, Counts>& counts() {
-  static const std::map<std::string, Counts> all = [] {
-    std::map<std::string, Counts> known{{"BatchNormalization", {5, 5}},
-                                        {"Clip", {1, 3}},
-                                        {"Conv", {2, 3}},
-                                        {"ConvTranspose", {2, 3}},
-                                        {"Dropout", {1, 3}},
-                                        {"FusedConv", {3, 4}},
-                                        {"Gemm", {2, 3}},
-                                        {"LayerNormalization", {2, 3}},
-                                        {"NonMaxSuppression", {2, 5}},
-                                        {"Pad", {2, 3}},
-                                        {"Resize", {1, 4}},
-                                        {"Slice", {3, 5}},
-                                        {"Split", {1, 2}},
-                                        {"Squeeze", {1, 2}},
-                                        {"Trilu", {1, 2}}};
-    for (const char* name : {"Add",
-                             "And",
-                             "CastLike",
-                             "CumSum",
-                             "Div",
-                             "Equal",
-                             "Expand",
-                             "Gather",
-                             "GatherElements",
-                             "GatherND",
-                             "Greater",
-                             "GreaterOrEqual",
-                             "GridSample",
-                             "InterleaveChannels",
-                             "Less",
-                             "LessOrEqual",
-                             "MatMul",
-                             "Mod",
-                             "Mul",
-                             "Or",
-                             "PRelu",
-                             "Pow",
-                             "Reshape",
-                             "Sub",
-                             "Tile",
-                             "TopK",
-                             "Unsqueeze",
-                             "Upsample",
-                             "Xor"})
-      known[name] = {2, 2};
-    for (const char* name : {"GroupNormalization", "InstanceNormalization", "OneHot", "Range", "RoiAlign",
-                             "Scatter", "Col2Im", "ScatterElements", "ScatterND", "Where"})
-      known[name] = {3, 3};
-    known["Attention"] = {3, 6};
-    known["If"] = {1, any};
-    known["Loop"] = {2, any};
-    for (const char* name : {"ConvInteger", "MatMulInteger"}) known[name] = {2, 4};
-    for (const char* name :
-         {"DequantizeLinear", "QuantizeLinear", "NegativeLogLikelihoodLoss", "SoftmaxCrossEntropyLoss"})
-      known[name] = {2, 3};
-    known["Compress"] = {2, 2};
-    known["DeformConv"] = {3, 5};
-    known["QLinearConv"] = {8, 9};
-    known["QLinearMatMul"] = {8, 8};
-    known["LSTM"] = {3, 8};
-    known["RMSNormalization"] = {2, 2};
-    for (const char* name : {"GRU", "RNN"}) known[name] = {3, 6};
-    for (const char* name : {"Concat", "Einsum", "Max", "Mean", "Min", "Sum"}) known[name] = {1, any};
-    for (const char* name : {"ReduceL1", "ReduceL2", "ReduceLogSum", "ReduceLogSumExp", "ReduceMax",
-                             "ReduceMean", "ReduceMin", "ReduceProd", "ReduceSum", "ReduceSumSquare"})
-      known[name] = {1, 2};
-    return known;
-  }();
-  return all;
-}
+const std::vector<std::pair<Counts, std::set<std::string>>> counts = {
+    {{1, 2},
+     {"ReduceL1", "ReduceL2", "ReduceLogSum", "ReduceLogSumExp", "ReduceMax", "ReduceMean", "ReduceMin",
+      "ReduceProd", "ReduceSum", "ReduceSumSquare",
+      // beside reductions
+      "Split", "Squeeze", "Trilu"}},
+    {{1, 3}, {"Clip", "Dropout"}},
+    {{1, 4}, {"Resize"}},
+    {{1, any}, {"Concat", "Einsum", "If", "Max", "Mean", "Min", "Sum"}},
+    {{2, 2},
+     {"Add", "And", "Div", "Equal", "Greater", "GreaterOrEqual", "Less", "LessOrEqual", "Mod", "Mul", "Or",
+      "PRelu", "Pow", "Sub", "Xor",
+      // beside functions of two numbers
+      "CastLike", "Compress", "CumSum", "Expand", "Gather", "GatherElements", "GatherND", "GridSample",
+      "InterleaveChannels", "MatMul", "RMSNormalization", "Reshape", "Tile", "TopK", "Unsqueeze",
+      "Upsample"}},
+    {{2, 3},
+     {"Conv", "ConvTranspose", "Gemm", "LayerNormalization", "Pad",
+      // of quantities, and losses
+      "DequantizeLinear", "QuantizeLinear", "NegativeLogLikelihoodLoss", "SoftmaxCrossEntropyLoss"}},
+    {{2, 4}, {"ConvInteger", "MatMulInteger"}},
+    {{2, 5}, {"NonMaxSuppression"}},
+    {{2, any}, {"Loop"}},
+    {{3, 3},
+     {"GroupNormalization", "InstanceNormalization", "OneHot", "Range", "RoiAlign",
+      // that place values
+      "Scatter", "Col2Im", "ScatterElements", "ScatterND", "Where"}},
+    {{3, 4}, {"FusedConv"}},
+    {{3, 5}, {"DeformConv", "Slice"}},
+    {{3, 6}, {"Attention", "GRU", "RNN"}},
+    {{3, 8}, {"LSTM"}},
+    {{5, 5}, {"BatchNormalization"}},
+    {{8, 8}, {"QLinearMatMul"}},
+    {{8, 9}, {"QLinearConv"}},
+};
 
 Counts counts_of(const std::string& operation) {
-  const auto found = counts().find(operation);
-  return found == counts().end() ? Counts{1, 1} : found->second;
+  for (const auto& [of_these, names] : counts)
+    if (names.contains(operation)) return of_these;
+  return {1, 1};
 }
 
 std::int64_t opset_of(const std::string& operation) {

@@ -1,7 +1,6 @@
 #include <filesystem>
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-#include "../../support/catch.hpp"
 #include "../../support/differential.hpp"
 #include "../../support/random_network.hpp"
 #include "../../support/threads.hpp"

@@ -2,7 +2,6 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/nn/network/staged_network.hpp>
 
-#include "../../support/catch.hpp"
 #include "../../support/differential.hpp"
 #include "../../support/threads.hpp"
 

@@ -95,10 +95,19 @@ inline evaluate::PictureOrder picture_order(const ColumnMeasurements& column, st
   return {part.pictures_a_view, folder->outcomes.draws_of(texture), column.seeds.size()};
 }
 
+/// Whether the car is found in each picture of a texture, seed by seed.
+/// \param times  that each seed's pictures are repeated
+inline std::vector<bool> found_in_seeds(const ColumnMeasurements& column, std::size_t texture,
+                                        std::size_t times = 1) {
+  std::vector<bool> found;
+  for (const auto& [folder, part] : column.seeds)
+    append(found, evaluate::detail::found_in(folder->outcomes, texture, part.belongs, times));
+  return found;
+}
+
 /// Results of a texture over all seeds of a column.
 inline ComparedTexture compared_texture(const ColumnMeasurements& column, std::size_t texture) {
   ComparedTexture compared;
-  std::vector<bool> found;
   std::vector<evaluate::ViewOutcome> fates;
   std::vector<double> confidence, attention, found_confidence;
   for (const auto& seed : column.seeds) {
@@ -107,14 +116,13 @@ inline ComparedTexture compared_texture(const ColumnMeasurements& column, std::s
     const auto values = [&](const auto& array) {
       return evaluate::measured_values(outcomes, array, texture, part.belongs);
     };
-    append(found, evaluate::detail::found_in(outcomes, texture, part.belongs));
     append(confidence, values(outcomes.best_confidence));
     append(found_confidence, values(outcomes.found_confidence));
     append(attention, values(outcomes.attention));
     append(fates, evaluate::detail::fates_in(outcomes, texture, part.belongs));
   }
   const auto order = picture_order(column, texture);
-  compared.rate = evaluate::detection_rate(found, order);
+  compared.rate = evaluate::detection_rate(found_in_seeds(column, texture), order);
   compared.fates = evaluate::fate_counts(fates);
   compared.mean_best_confidence = evaluate::detail::mean_of(confidence);
   compared.attention = evaluate::detail::mean_of(attention);
@@ -158,7 +166,7 @@ inline Array<double, 2> compared_differences(const ColumnMeasurements& column) {
 /// [seed, view].
 /// \param control  number of its texture; matched noise is 2
 inline std::pair<Array<double, 2>, Array<double, 2>> compared_found(const ColumnMeasurements& column,
-                                                                    std::size_t control = 2) {
+                                                                    std::size_t control) {
   const auto found = [&](std::size_t texture) {
     return rows_of_draws_or_seeds(column, [&](const MeasuredFolder& folder, const MeasuredPart& part) {
       return evaluate::draw_means(folder.outcomes, folder.outcomes.found, texture, part.belongs,
@@ -191,18 +199,15 @@ inline std::optional<std::size_t> picture_noise_of(const ColumnMeasurements& col
   return number;
 }
 
-/// \param number  see picture_noise_of(); behind the draws of matched noise in every folder
-inline ComparedPictureNoise compared_picture_noise(const ColumnMeasurements& column, std::size_t number) {
-  std::vector<bool> noise, painted;
-  for (const auto& seed : column.seeds) {
-    append(noise, evaluate::detail::found_in(seed.first->outcomes, number, seed.second.belongs));
-    append(painted, evaluate::detail::found_in(seed.first->outcomes, 1, seed.second.belongs));
-  }
-  const auto [of_noise, of_camouflage] = compared_found(column, number);
-  return {compared_texture(column, number),
-          evaluate::two_level_rate_difference(
-              of_noise, of_camouflage,
-              evaluate::rate_difference(noise, painted, picture_order(column, number).pictures_a_view()))};
+/// P@0.5 with a control minus that with the camouflage.
+/// \param found  of both, see compared_found()
+inline evaluate::PairedDifference compared_rates(const ColumnMeasurements& column, std::size_t control,
+                                                 const std::pair<Array<double, 2>, Array<double, 2>>& found) {
+  const std::size_t draws = column.seeds.front().first->outcomes.draws_of(control);
+  const auto of_views =
+      evaluate::rate_difference(found_in_seeds(column, control), found_in_seeds(column, 1, draws),
+                                picture_order(column, control).pictures_a_view());
+  return evaluate::two_level_rate_difference(found.first, found.second, of_views);
 }
 
 inline ComparedCell compared_cell(const ColumnMeasurements& column) {
@@ -210,33 +215,20 @@ inline ComparedCell compared_cell(const ColumnMeasurements& column) {
   cell.seeds = column.seeds.size();
   cell.camouflage = compared_texture(column, 1);
   cell.noise = compared_texture(column, 2);
-  std::vector<bool> clean, painted, painted_by_draw, noise;
-  for (const auto& seed : column.seeds) {
-    const auto& outcomes = seed.first->outcomes;
-    const auto& part = seed.second;  // clang 14 captures no structured binding
-    const auto found = [&](std::size_t texture, std::size_t times = 1) {
-      return evaluate::detail::found_in(outcomes, texture, part.belongs, times);
-    };
-    cell.draws = outcomes.draws_of(2);
-    append(clean, found(0));
-    append(painted, found(1));
-    append(painted_by_draw, found(1, cell.draws));
-    append(noise, found(2));
-  }
-  cell.success = evaluate::attack_success_rate(clean, painted, picture_order(column, 1));
+  cell.draws = column.seeds.front().first->outcomes.draws_of(2);
+  cell.success = evaluate::attack_success_rate(found_in_seeds(column, 0), found_in_seeds(column, 1),
+                                               picture_order(column, 1));
   const auto differences = compared_differences(column);
   cell.views = differences.shape(1);
-  const auto [of_noise, of_camouflage] = compared_found(column);
-  cell.effect = {
-      evaluate::matched_noise_name, evaluate::two_level_difference(differences, {}, 1),
-      evaluate::two_level_rate_difference(
-          of_noise, of_camouflage,
-          evaluate::rate_difference(noise, painted_by_draw, picture_order(column, 2).pictures_a_view()))};
+  const auto found = compared_found(column, 2);
+  cell.effect = {evaluate::matched_noise_name, evaluate::two_level_difference(differences, {}, 1),
+                 compared_rates(column, 2, found)};
   cell.effect.odds_ratio = evaluate::odds_ratio(
-      of_noise, of_camouflage, picture_order(column, 2).pictures_a_view() / of_noise.shape(0),
+      found.first, found.second, picture_order(column, 2).pictures_a_view() / found.first.shape(0),
       column.seeds.front().second.pictures_a_view);
   if (const auto number = picture_noise_of(column))
-    cell.picture_noise = compared_picture_noise(column, *number);
+    cell.picture_noise = ComparedPictureNoise{
+        compared_texture(column, *number), compared_rates(column, *number, compared_found(column, *number))};
   cell.kept = compared_kept(column, differences);
   cell.confidence = seed_rows(column, [](const MeasuredFolder& folder, const MeasuredPart& part) {
     return evaluate::view_means(folder.outcomes, folder.outcomes.best_confidence, 1, part.belongs,

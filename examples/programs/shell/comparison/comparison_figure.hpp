@@ -56,9 +56,8 @@ inline Figure comparison_figure(const Comparison& comparison, const std::string&
       {{{"class=\"second\"", "camouflage"}, {"class=\"third\"", "its matched noise"}},
        comparison.maps_attention
            ? "attention on the car, share of the heat map; the line is the clean car's"
-           : "pictures in which the car is found; lines: 95 %, upright the clean car's; odds of being "
-             "found, matched noise over camouflage, 95 %: - where they may be below a tenth as well "
-             "as above ten"},
+           : "pictures in which the car is found; lines: 95 %, upright the clean car's; odds of being found, "
+             "matched noise over camouflage, 95 %: - where they may be below a tenth as well as above ten"},
       2};
   for (std::size_t column = 0; column < comparison.columns.size(); ++column)
     figure.panels.push_back(detail::comparison_panel(comparison, column));

@@ -33,14 +33,6 @@ struct ProtocolInputs {
   std::vector<ChangedInput> changed{};                  ///< since the run, and accepted
 };
 
-/// The photographs that are measured with --quick, evenly spread.
-inline std::vector<std::string> thinned(const std::vector<std::string>& paths, std::size_t most) {
-  if (paths.size() <= most) return paths;
-  std::vector<std::string> some;
-  for (std::size_t i = 0; i < most; ++i) some.push_back(paths[i * paths.size() / most]);
-  return some;
-}
-
 /// The file's name in a form that fits a table; for a file of harden, its run's folder.
 inline std::string detector_name(const std::string& weights) {
   const fs::path path = io::path_of(weights);
@@ -128,9 +120,8 @@ inline std::vector<evaluate::Control> textures_of(const Car& loaded, const Proto
   return textures;
 }
 
-/// The car in the shape that the run has optimised; nothing if the run has kept the shape.
-/// Offsets are in lengths of the car: a normalised car is moved at the original's scale,
-/// and not normalised again.
+/// The car in the shape that the run has optimised; nothing if the run has kept the shape. Offsets are in
+/// lengths of the car: a normalised car is moved at the original's scale, and not normalised again.
 inline std::optional<raster::PaintedMesh> reshaped_car(const raster::PaintedMesh& car,
                                                        const ProtocolRequest& request) {
   const auto offsets = read_offsets_of(request.camouflage, car);

@@ -7,17 +7,9 @@
 
 namespace tapestry::shell {
 
-/// A frame without a visible car, which is left out.
-inline io::Frame hidden_frame(const evaluate::ProtocolFrame& frame, std::size_t size_px) {
-  io::Frame hidden;
-  hidden.image = zeros<std::uint8_t, 3>({size_px, size_px, 3});
-  hidden.mask = zeros<std::uint8_t, 2>({size_px, size_px});
-  hidden.camera = evaluate::protocol_camera(frame);
-  return hidden;
-}
-
 /// The street of a frame without its car, and the mask of its part that other vehicles do not hide. Draws
-/// scenes until that share is in the frame's group; hidden_frame() if none of some hundred is.
+/// scenes until that share is in the frame's group. If none of some hundred is: a frame without a visible
+/// car, which is left out.
 inline io::Frame traffic_street(const scenes::Vehicle& vehicle, const evaluate::ProtocolFrame& frame,
                                 std::size_t size_px, Random random) {
   constexpr std::size_t attempts = 300;
@@ -27,7 +19,13 @@ inline io::Frame traffic_street(const scenes::Vehicle& vehicle, const evaluate::
   const auto [least_hidden, most_hidden] = evaluate::hidden_shares.at(frame.row);
   auto street =
       scenes::find_frame(random, make, 1 - most_hidden, 1 - least_hidden, size_px, size_px, false, attempts);
-  if (!street) return hidden_frame(frame, size_px);
+  if (!street) {
+    io::Frame hidden;
+    hidden.image = zeros<std::uint8_t, 3>({size_px, size_px, 3});
+    hidden.mask = zeros<std::uint8_t, 2>({size_px, size_px});
+    hidden.camera = evaluate::protocol_camera(frame);
+    return hidden;
+  }
   street->name = name_of_view(frame) + ", " + evaluate::occlusion_group_names.at(frame.row);
   return std::move(*street);
 }

@@ -118,12 +118,15 @@ template <std::floating_point T>
 DrawnViews<T> drawn_views(ViewSpan<T> views, const DrawnPaint<T>& paint, const ShapeParameter* shape) {
   DrawnViews<T> drawn;
   if (shape == nullptr) {
-    std::vector<std::shared_ptr<const raster::TextureOperator<T>>> operators;
+    std::vector<std::shared_ptr<const raster::CompactOperator<T>>> operators;
     for (const auto& view : views) {
       operators.push_back(view->paint_to_picture);
       drawn.interiors.push_back(view->interior);
     }
-    drawn.renders = raster::render(operators, paint.texels);
+    if (paint.is_of_view)
+      drawn.renders = {raster::render(*operators.at(0), paint.texels)};
+    else
+      drawn.renders = raster::render(operators, paint.texels);
     return drawn;
   }
   for (const auto& view : views) {

@@ -88,11 +88,28 @@ auto Training<T>::share_of(const DrawnPaint<T>& paint, const ViewPointer& view,
   const auto tape = tapes_.take();
   tape->clear();
   const auto scope = tape->activate();
-  DrawnPaint<T> own{tape->input(paint.texels.value())};
-  if (paint.positions.size() > 0) own.positions = tape->input(paint.positions.value());
+  const bool moves = paint.positions.size() > 0;
+  DrawnPaint<T> own;
+  own.is_of_view = !moves;
+  own.texels = tape->input(moves ? paint.texels.value()
+                                 : raster::own_texels(*view->paint_to_picture, paint.texels.value()));
+  if (moves) own.positions = tape->input(paint.positions.value());
   const auto [loss, terms] = objective_.evaluate(own, std::span(&view, 1), session ? &*session : nullptr);
   tape->reverse(loss);
   return {terms, {own.texels.adjoint(), own.positions.adjoint()}};
+}
+
+template <std::floating_point T>
+auto Training<T>::slopes_of(const DrawnPaint<T>& paint, const std::vector<ViewPointer>& views,
+                            const std::vector<std::size_t>& counting) -> std::vector<Slopes> {
+  std::vector<Slopes> slopes;
+  const Extents<2> positions = paint.positions.shape();
+  for (const std::size_t i : counting) {
+    const std::size_t own = views[i]->paint_to_picture->texel_count;
+    const std::size_t texels = positions[0] > 0 ? paint.texels.shape()[0] : own;
+    slopes.push_back({Array<T, 2>(Extents<2>{texels, 3}), Array<T, 2>(positions)});
+  }
+  return slopes;
 }
 
 template <std::floating_point T>
@@ -115,42 +132,40 @@ Array<T, 2> Training<T>::gradient_of(const std::vector<ViewPointer>& views) {
   auto divisors = divisors_of(still, views, counting, shot_of);
   std::erase_if(counting, [&](std::size_t i) { return std::isinf(divisors[i]); });
   std::erase_if(divisors, [](double divisor) { return std::isinf(divisor); });
-  const auto shares =
-      shares_of(views, counting, {Array<T, 2>(still.texels.shape()), Array<T, 2>(still.positions.shape())},
-                [&](std::size_t i) { return share_of(still, views[i], shot_of(i)); });
+  const bool moves = paint.positions.size() > 0;
+  const auto shares = shares_of(views, counting, slopes_of(still, views, counting),
+                                [&](std::size_t i) { return share_of(still, views[i], shot_of(i)); });
   work.emplace(objective_.times().pullback);
   terms_ = of_paint.terms;
   for (std::size_t k = 0; k < shares.size(); ++k) terms_.add(shares[k].terms, divisors[k]);
-  Variable<T> loss = of_paint.loss + continued(paint.texels, shares, divisors, &Slopes::texels);
-  if (paint.positions.size() > 0) loss += continued(paint.positions, shares, divisors, &Slopes::positions);
+  const auto add_texels = [&](std::size_t k, T divisor, Array<T, 2>& adjoint) {
+    if (moves)
+      add_quotient(shares[k].slopes.texels, divisor, adjoint);
+    else
+      raster::add_own_texels(*views[counting[k]]->paint_to_picture, shares[k].slopes.texels, divisor,
+                             adjoint);
+  };
+  const auto add_positions = [&](std::size_t k, T divisor, Array<T, 2>& adjoint) {
+    add_quotient(shares[k].slopes.positions, divisor, adjoint);
+  };
+  Variable<T> loss = of_paint.loss + continued(paint.texels, divisors, add_texels);
+  if (moves) loss += continued(paint.positions, divisors, add_positions);
   tape->reverse(loss);
   return parameter.adjoint();
 }
 
 template <std::floating_point T>
-Variable<T> Training<T>::continued(const ArrayVariable<T, 2>& x, const std::vector<Share>& shares,
-                                   const std::vector<double>& divisors, Array<T, 2> Slopes::*slopes) {
-  Array<T, 2> sum = zeros<T, 2>(x.shape());
-  parallel_for_blocks(sum.size(), 2048, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = 0; k < shares.size(); ++k) {
-      const T* const of_share = (shares[k].slopes.*slopes).data();
-      for (std::size_t i = begin; i < end; ++i) sum.data()[i] += of_share[i] / static_cast<T>(divisors[k]);
-    }
-  });
-  return dot(x, ArrayVariable<T, 2>(std::move(sum)));
-}
-
-template <std::floating_point T>
-void Training<T>::exchange(std::vector<Share>& shares, const Slopes& slopes) const {
-  const std::size_t width = ObjectiveTerms::all.size() + slopes.texels.size() + slopes.positions.size();
+void Training<T>::exchange(std::vector<Share>& shares, const std::vector<Slopes>& slopes) const {
   for (std::size_t first = 0; first < shares.size(); first += shared_.processes) {
-    const std::size_t own = first + shared_.own;
+    const std::size_t end = std::min(first + shared_.processes, shares.size()), own = first + shared_.own;
+    std::size_t width = 0;
+    for (std::size_t i = first; i < end; ++i) width = std::max(width, Share::count_of(slopes[i]));
     std::vector<double> numbers;
     if (own < shares.size()) numbers = shares[own].numbers();
     numbers.resize(width);
     numbers = shared_.gathered(numbers);
-    for (std::size_t i = first; i < std::min(first + shared_.processes, shares.size()); ++i)
-      shares[i] = Share::of(numbers.data() + (i - first) * width, slopes);
+    for (std::size_t i = first; i < end; ++i)
+      shares[i] = Share::of(numbers.data() + (i - first) * width, slopes[i]);
   }
 }
 

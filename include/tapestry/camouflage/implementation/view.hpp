@@ -149,7 +149,7 @@ View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::s
   view.pyramid = car.pyramid;
   view.window = raster::covered_window(whole.coverage);
   view.paint_to_picture =
-      std::make_shared<const raster::TextureOperator<T>>(raster::cropped(whole, view.window));
+      std::make_shared<const raster::CompactOperator<T>>(compacted(raster::cropped(whole, view.window)));
   const auto& coverage = view.paint_to_picture->coverage;
   view.interior = std::make_shared<const Array<T, 2>>(detail::interior_of(coverage));
   view.visible_pixels = static_cast<std::size_t>(
@@ -172,9 +172,9 @@ Array<T, 2> texels_of(const View<T>& view, const Array<T, 2>& colours) {
 
 template <std::floating_point T>
 Array<T, 3> picture_of_texels(const View<T>& view, const Array<T, 2>& texels) {
-  const auto render = raster::render(*view.paint_to_picture, texels);
-  return image::over(render, view.paint_to_picture->coverage, view.background, view.window.top,
-                     view.window.left, view.space);
+  const auto& paint = *view.paint_to_picture;
+  const auto render = raster::render(paint, raster::own_texels(paint, texels));
+  return image::over(render, paint.coverage, view.background, view.window.top, view.window.left, view.space);
 }
 
 template <std::floating_point T>

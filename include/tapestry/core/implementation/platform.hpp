@@ -21,7 +21,6 @@ namespace tapestry::platform {
 
 #if !(defined(__unix__) || defined(__APPLE__)) || defined(__EMSCRIPTEN__)
 // No other process shares a program's work.
-void keep_freed_memory() {}
 int silence_standard_streams() { return 2; }
 void print_to(int, const std::string& text) { std::fputs(text.c_str(), stderr); }
 #endif

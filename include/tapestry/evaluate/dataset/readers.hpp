@@ -30,8 +30,7 @@ namespace tapestry::evaluate {
 
 /// Parses the labels of one picture in the text form of Darknet and YOLO. Each line is an object, `class cx
 /// cy w h`: the class is a number from 0 on, the box is in shares of the picture's extents. Empty lines are
-/// skipped.
-/// Takes memory of at most 16 times the file and 1 MiB.
+/// skipped. Takes memory of at most 16 times the file and 1 MiB.
 ///
 /// \param class_count number of classes
 /// \throws FileError  malformed, with the line, for another number of words, for words that are no numbers,

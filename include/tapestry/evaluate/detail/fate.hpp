@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/detect/box_decode.hpp>  // Detection
 #include <tapestry/loss/prediction.hpp>    // Target
 

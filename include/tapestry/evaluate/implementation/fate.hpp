@@ -1,8 +1,6 @@
 #pragma once
 #include <numeric>
-#include <tapestry/detect/box_decode.hpp>
 #include <tapestry/evaluate/detail/fate.hpp>
-#include <tapestry/loss/prediction.hpp>
 
 namespace tapestry::evaluate {
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <tapestry/evaluate/controls.hpp>
+#include <tapestry/evaluate/detail/rank_order.hpp>
 #include <tapestry/image/fourier_transform.hpp>
 
 namespace tapestry::evaluate {
@@ -8,11 +9,9 @@ namespace detail {
 /// Replaces M values, in the order of rank, by values of a sorted list of N: number i of M by number ⌊(i +
 /// ½)·N/M⌋ of N, each used once if M = N. The first of equal values comes first.
 inline void take_values_by_rank(std::vector<double>& values, const std::vector<double>& sorted) {
-  std::vector<std::pair<double, std::size_t>> order(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i) order[i] = {values[i], i};
-  std::sort(order.begin(), order.end());
-  for (std::size_t i = 0; i < order.size(); ++i)
-    values[order[i].second] = sorted[(2 * i + 1) * sorted.size() / (2 * order.size())];
+  const RankOrder order(values);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[order[i]] = sorted[(2 * i + 1) * sorted.size() / (2 * values.size())];
 }
 
 /// One colour channel of a chart, in a box that is periodic at its borders.
@@ -48,12 +47,14 @@ class ChartNoise {
       take_values_by_rank(channel.plane, channel.sorted);
       channel.spectrum = channel.transform.forward(channel.plane);
     });
-    for (std::size_t k = 0; k < phases_.size(); ++k) {
-      std::complex<double> sum = 0;
-      for (const NoiseChannel& channel : channels_)
-        sum += channel.spectrum[k] * std::conj(channel.optimised[k]);
-      phases_[k] = unit(sum);
-    }
+    parallel_for_blocks(phases_.size(), 4096, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        std::complex<double> sum = 0;
+        for (const NoiseChannel& channel : channels_)
+          sum += channel.spectrum[k] * std::conj(channel.optimised[k]);
+        phases_[k] = unit(sum);
+      }
+    });
     impose_spectrum();
   }
 

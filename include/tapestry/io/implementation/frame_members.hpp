@@ -153,14 +153,8 @@ geometry::Camera read_camera(const Members& file) {
     for (std::size_t column = 0; column < 3; ++column) rotation[row][column] = matrix[4 * row + column];
     camera.translation[row] = matrix[4 * row + 3];
   }
-  for (std::size_t a = 0; a < 3; ++a) {
-    for (std::size_t b = 0; b < 3; ++b) {
-      double product = 0;
-      for (std::size_t k = 0; k < 3; ++k) product += rotation[a][k] * rotation[b][k];
-      if (!(std::abs(product - (a == b ? 1 : 0)) <= 1e-6))
-        fail("member 'camera_matrix' holds no rotation", "orthonormal rows");
-    }
-  }
+  if (!geometry::is_orthonormal(rotation))
+    fail("member 'camera_matrix' holds no rotation", "orthonormal rows");
   camera.tan_half_fov_x = fov[0];
   camera.tan_half_fov_y = fov[1];
   camera.far = 1e9;  // the file has no unit of length

@@ -40,8 +40,7 @@ template <std::floating_point T>
   if (head.decode == detect::DecodeFamily::decoded)
     throw DomainError(
         "matched_candidates: candidates of the decode family decoded have no cells to be matched by; "
-        "expected "
-        "another loss than as_coded");
+        "expected another loss than as_coded");
   const GridCell cell = cell_of(head, target.box, predictions.input_height, predictions.input_width);
   std::vector<Candidate> matched;
   if (!cell.exists || !(target.box.w > 0 && target.box.h > 0)) return matched;
@@ -84,6 +83,21 @@ struct ClassCost {
 
 /// \throws DomainError unless heads have cells and no anchors
 void require_free_heads(const char* operation, const std::vector<detect::Head>& heads);
+
+/// \param require_heads  require_free_heads(), or another such function
+/// \throws ShapeError, DomainError unless there are truths for each image of these logits
+template <std::floating_point T, class RequireHeads>
+void require_truths(const char* operation, const std::vector<detect::Head>& heads,
+                    const LogitsView<T>& logits, const Truths& truths, std::size_t input_height,
+                    std::size_t input_width, RequireHeads require_heads) {
+  if (truths.empty()) throw DomainError({operation, ": an empty batch"});
+  require_heads(operation, heads);
+  const Predictions<T> last{heads, logits, truths.size() - 1, input_height, input_width};
+  require_predictions(operation, last);
+  require_batch(operation, "truths", truths.size(), logits);
+  for (const auto& of_image : truths)
+    for (const Target& truth : of_image) require_target(operation, last, truth);
+}
 
 }  // namespace detail
 

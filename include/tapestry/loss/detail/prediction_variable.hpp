@@ -19,8 +19,6 @@ class KeptLogits {
   }
 
   [[nodiscard]] const std::vector<detect::Head>& heads() const { return heads_; }
-  [[nodiscard]] std::size_t input_height() const { return input_height_; }
-  [[nodiscard]] std::size_t input_width() const { return input_width_; }
   [[nodiscard]] const LogitsView<T>& view() const { return view_; }
   [[nodiscard]] Predictions<T> of_image(std::size_t image) const {
     return {heads_, view_, image, input_height_, input_width_};

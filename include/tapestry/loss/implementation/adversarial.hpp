@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/arrays/gather.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/adversarial.hpp>
-#include <tapestry/loss/detail/box_assignment.hpp>
 #include <tapestry/loss/detail/prediction_variable.hpp>
 
 namespace tapestry::loss {

@@ -1,7 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/arrays/gather.hpp>
 #include <tapestry/loss/adversarial.hpp>
-#include <tapestry/loss/detail/box_assignment.hpp>
 
 namespace tapestry::loss {
 

@@ -139,13 +139,8 @@ DynamicMatches dynamic_matches(const std::vector<detect::Head>& heads, const Log
                                const Truths& truths, std::size_t input_height, std::size_t input_width,
                                const DynamicMatchOptions& options) {
   constexpr const char* operation = "dynamic_matches";
-  if (truths.empty()) throw DomainError({operation, ": an empty batch"});
-  detail::require_free_heads(operation, heads);
-  const Predictions<T> last{heads, logits, truths.size() - 1, input_height, input_width};
-  require_predictions(operation, last);
-  require_batch(operation, "truths", truths.size(), logits);
-  for (const auto& of_image : truths)
-    for (const Target& truth : of_image) require_target(operation, last, truth);
+  detail::require_truths(operation, heads, logits, truths, input_height, input_width,
+                         detail::require_free_heads);
   DynamicMatches matches(truths.size());
   parallel_for(truths.size(), [&](std::size_t n) {
     const Predictions<T> predictions{heads, logits, n, input_height, input_width};

@@ -120,19 +120,6 @@ inline void require_family(const char* operation, const std::vector<detect::Head
 }
 
 template <std::floating_point T>
-void require_training(const char* operation, const std::vector<detect::Head>& heads,
-                      const LogitsView<T>& logits, const Truths& truths, std::size_t input_height,
-                      std::size_t input_width) {
-  if (truths.empty()) throw DomainError({operation, ": an empty batch"});
-  require_family(operation, heads);
-  const Predictions<T> last{heads, logits, truths.size() - 1, input_height, input_width};
-  require_predictions(operation, last);
-  require_batch(operation, "truths", truths.size(), logits);
-  for (const auto& of_image : truths)
-    for (const Target& truth : of_image) require_target(operation, last, truth);
-}
-
-template <std::floating_point T>
 YoloTrainingTerms image_terms(const Predictions<T>& predictions, const std::vector<Target>& truths,
                               const YoloTrainingOptions& options) {
   YoloTrainingTerms terms;
@@ -212,14 +199,13 @@ YoloTrainingVariables<T> yolo_training_of(const std::vector<detect::Head>& heads
                                           const std::vector<ArrayVariable<T, 4>>& logits,
                                           const Truths& truths, const YoloTrainingOptions& options) {
   const auto kept = std::make_shared<const KeptLogits<T>>(heads, input_height, input_width, logits);
-  const auto means =
-      yolo_training(kept->heads(), kept->view(), truths, kept->input_height(), kept->input_width(), options);
-  const auto adjoint_of = [kept, truths](const YoloTrainingOptions& weights,
-                                         const LogitsAdjoint<T>& logits_adjoint) {
-    yolo_training_adjoint(kept->heads(), kept->view(), truths, kept->input_height(), kept->input_width(),
-                          weights, T(1), logits_adjoint);
+  const auto adjoint_of = [=](const YoloTrainingOptions& weights, const LogitsAdjoint<T>& logits_adjoint) {
+    yolo_training_adjoint(kept->heads(), kept->view(), truths, input_height, input_width, weights, T(1),
+                          logits_adjoint);
   };
-  return record_training_terms(means, options, adjoint_of, logits);
+  return record_training_terms(
+      yolo_training(kept->heads(), kept->view(), truths, input_height, input_width, options), options,
+      adjoint_of, logits);
 }
 
 }  // namespace detail
@@ -228,7 +214,8 @@ template <std::floating_point T>
 YoloTrainingTerms yolo_training(const std::vector<detect::Head>& heads, const LogitsView<T>& logits,
                                 const Truths& truths, std::size_t input_height, std::size_t input_width,
                                 const YoloTrainingOptions& options) {
-  detail::require_training("yolo_training", heads, logits, truths, input_height, input_width);
+  detail::require_truths("yolo_training", heads, logits, truths, input_height, input_width,
+                         detail::require_family);
   return detail::batch_terms(truths.size(), static_cast<double>(truths.size()), options, [&](std::size_t n) {
     return detail::image_terms(Predictions<T>{heads, logits, n, input_height, input_width}, truths[n],
                                options);
@@ -240,7 +227,8 @@ void yolo_training_adjoint(const std::vector<detect::Head>& heads, const LogitsV
                            const Truths& truths, std::size_t input_height, std::size_t input_width,
                            const YoloTrainingOptions& options, T total_adjoint,
                            const LogitsAdjoint<T>& logits_adjoint) {
-  detail::require_training("yolo_training_adjoint", heads, logits, truths, input_height, input_width);
+  detail::require_truths("yolo_training_adjoint", heads, logits, truths, input_height, input_width,
+                         detail::require_family);
   require_adjoint("yolo_training_adjoint", Predictions<T>{heads, logits, 0, input_height, input_width},
                   logits_adjoint);
   const double adjoint = static_cast<double>(total_adjoint) / static_cast<double>(truths.size());

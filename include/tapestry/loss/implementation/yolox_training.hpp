@@ -125,14 +125,13 @@ YoloTrainingVariables<T> yolox_training_of(const std::vector<detect::Head>& head
   const auto kept = std::make_shared<const KeptLogits<T>>(heads, input_height, input_width, logits);
   const auto matches = std::make_shared<const DynamicMatches>(
       dynamic_matches(kept->heads(), kept->view(), truths, input_height, input_width, options.match));
-  const auto terms =
-      yolox_training(kept->heads(), kept->view(), *matches, input_height, input_width, options);
-  const auto adjoint_of = [kept, matches, input_height, input_width](const YoloxTrainingOptions& weights,
-                                                                     const LogitsAdjoint<T>& logits_adjoint) {
+  const auto adjoint_of = [=](const YoloxTrainingOptions& weights, const LogitsAdjoint<T>& logits_adjoint) {
     yolox_training_adjoint(kept->heads(), kept->view(), *matches, input_height, input_width, weights, T(1),
                            logits_adjoint);
   };
-  return record_training_terms(terms, options, adjoint_of, logits);
+  return record_training_terms(
+      yolox_training(kept->heads(), kept->view(), *matches, input_height, input_width, options), options,
+      adjoint_of, logits);
 }
 
 }  // namespace detail

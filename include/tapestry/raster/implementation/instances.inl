@@ -40,15 +40,15 @@ template decltype(bake_atlas<TAPESTRY_SCALAR>) bake_atlas<TAPESTRY_SCALAR>;
 template decltype(bake_cube<TAPESTRY_SCALAR>) bake_cube<TAPESTRY_SCALAR>;
 template decltype(texture_operator<TAPESTRY_SCALAR, Light>) texture_operator<TAPESTRY_SCALAR, Light>;
 template decltype(texture_operator<TAPESTRY_SCALAR, Unlit>) texture_operator<TAPESTRY_SCALAR, Unlit>;
-template decltype(with_tiles<TAPESTRY_SCALAR>) with_tiles<TAPESTRY_SCALAR>;
 template Array<TAPESTRY_SCALAR, 3> render<TAPESTRY_SCALAR>(const TextureOperator<TAPESTRY_SCALAR>&,
                                                            const Array<TAPESTRY_SCALAR, 2>&);
 template decltype(render_adjoint<TAPESTRY_SCALAR>) render_adjoint<TAPESTRY_SCALAR>;
+template decltype(compacted<TAPESTRY_SCALAR>) compacted<TAPESTRY_SCALAR>;
+template std::vector<ArrayVariable<TAPESTRY_SCALAR, 3>> render<TAPESTRY_SCALAR>(
+    const std::vector<std::shared_ptr<const CompactOperator<TAPESTRY_SCALAR>>>&,
+    const ArrayVariable<TAPESTRY_SCALAR, 2>&);
 template ArrayVariable<TAPESTRY_SCALAR, 3> render<TAPESTRY_SCALAR>(const TextureOperator<TAPESTRY_SCALAR>&,
                                                                    const ArrayVariable<TAPESTRY_SCALAR, 2>&);
-template std::vector<ArrayVariable<TAPESTRY_SCALAR, 3>> render<TAPESTRY_SCALAR>(
-    const std::vector<std::shared_ptr<const TextureOperator<TAPESTRY_SCALAR>>>&,
-    const ArrayVariable<TAPESTRY_SCALAR, 2>&);
 template decltype(silhouette_adjoint<TAPESTRY_SCALAR>) silhouette_adjoint<TAPESTRY_SCALAR>;
 template decltype(detail::record_coverage<TAPESTRY_SCALAR>) detail::record_coverage<TAPESTRY_SCALAR>;
 }  // namespace tapestry::raster

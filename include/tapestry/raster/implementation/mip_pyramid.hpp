@@ -24,6 +24,19 @@ std::vector<MipOverlap> mip_overlaps(std::size_t coarse_size, std::size_t fine_s
   return overlaps;
 }
 
+MipStep::MipStep(const MipLevel& finer, const MipLevel& coarser)
+    : fine(finer),
+      coarse(coarser),
+      rows(mip_overlaps(coarser.height, finer.height)),
+      columns(mip_overlaps(coarser.width, finer.width)) {
+  for (const MipOverlap& row : rows) {
+    first_part.push_back(parts.size());
+    for (const MipOverlap& column : columns)
+      for (std::size_t y = 0; y < row.count; ++y)
+        for (std::size_t x = 0; x < column.count; ++x) parts.push_back(row.weights[y] * column.weights[x]);
+  }
+}
+
 bool TexelRectangle::meets(const UvTriangle& corner) const {
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const auto [low, high] = std::minmax({corner[0][axis], corner[1][axis], corner[2][axis]});
@@ -72,12 +85,6 @@ MipPyramid::MipPyramid(const TextureLayout& layout) : layout_(layout) {
   for (std::size_t level = 1; level < levels.size(); ++level)
     steps_.emplace_back(levels[level - 1], levels[level]);
   texel_count_ = levels.back().first_texel + 1;
-}
-
-double MipPyramid::part_of(std::size_t fine, std::size_t coarse) const {
-  if (shares_.empty()) return 1;
-  if (shares_[fine] == 0) return 0;
-  return shares_[fine] / shares_[coarse];
 }
 
 std::shared_ptr<const MipPyramid> pyramid_of(const PaintedMesh& body) {

@@ -1,40 +1,9 @@
 #pragma once
+#include <bit>
 #include <tapestry/raster/render_variable.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
 namespace tapestry::raster {
-namespace detail {
-
-/// Adds every view's render_adjoint(), in the order of views; views without an adjoint add nothing. For a
-/// small texture each view sums into an array of its own, so that views are independent of one another.
-template <std::floating_point T>
-void add_render_adjoints(const std::vector<std::shared_ptr<const TextureOperator<T>>>& pictures,
-                         const std::vector<const Array<T, 3>*>& render_adjoints,
-                         Array<T, 2>& texels_adjoint) {
-  constexpr std::size_t small_texture = 1U << 18U;  // values
-  if (texels_adjoint.size() > small_texture) {
-    for (std::size_t n = 0; n < pictures.size(); ++n)
-      if (render_adjoints[n] != nullptr) render_adjoint(*pictures[n], *render_adjoints[n], texels_adjoint);
-    return;
-  }
-  std::vector<Array<T, 2>> parts(pictures.size());
-  parallel_for(pictures.size(), [&](std::size_t n) {
-    if (render_adjoints[n] == nullptr) return;
-    parts[n] = zeros<T, 2>(texels_adjoint.shape());
-    render_adjoint(*pictures[n], *render_adjoints[n], parts[n]);
-  });
-  for (const auto& part : parts)
-    for (std::size_t i = 0; i < part.size(); ++i) texels_adjoint.data()[i] += part.data()[i];
-}
-
-}  // namespace detail
-
-template <std::floating_point T>
-TextureOperator<T> with_tiles(TextureOperator<T> picture) {
-  picture.tiles = std::make_shared<const TextureTiles<T>>(texture_tiles<T>(picture));
-  return picture;
-}
-
 template <std::floating_point T>
 Array<T, 3> render(const TextureOperator<T>& picture, const Array<T, 2>& texels) {
   require_shape("render", "texels", texels, {picture.texel_count, 3});
@@ -71,10 +40,6 @@ void render_adjoint(const TextureOperator<T>& picture, const Array<T, 3>& render
     detail::scatter<false>(picture, render_adjoint.data(), 0, 1, texels_adjoint.data());
     return;
   }
-  if (picture.tiles) {
-    detail::scatter(*picture.tiles, picture.light_colour, render_adjoint.data(), texels_adjoint.data());
-    return;
-  }
   const std::size_t parts = std::min(static_cast<std::size_t>(thread_count()), detail::most_parts);
   parallel_for(parts, [&](std::size_t part) {
     detail::scatter<true>(picture, render_adjoint.data(), part, parts, texels_adjoint.data());
@@ -90,14 +55,45 @@ ArrayVariable<T, 3> render(const TextureOperator<T>& picture, const ArrayVariabl
 }
 
 template <std::floating_point T>
+CompactOperator<T> compacted(TextureOperator<T> picture) {
+  std::vector<std::uint64_t> is_read(picture.texel_count / 64 + 1, 0);  // a bit a texel
+  for (const std::uint32_t texel : picture.texels_of) is_read[texel / 64] |= std::uint64_t(1) << texel % 64;
+  CompactOperator<T> compact{std::move(picture), 0, {}};
+  compact.whole_count = compact.texel_count;
+  std::vector<std::uint32_t> before(is_read.size());  // own texels before each word
+  for (std::size_t word = 0; word < is_read.size(); ++word) {
+    before[word] = static_cast<std::uint32_t>(compact.texels.size());
+    for (std::uint64_t bits = is_read[word]; bits != 0; bits &= bits - 1)
+      compact.texels.push_back(static_cast<std::uint32_t>(64 * word) +
+                               static_cast<std::uint32_t>(std::countr_zero(bits)));
+  }
+  for (std::uint32_t& texel : compact.texels_of) {
+    const std::uint64_t lower = is_read[texel / 64] & ((std::uint64_t(1) << texel % 64) - 1);
+    texel = before[texel / 64] + static_cast<std::uint32_t>(std::popcount(lower));
+  }
+  compact.texels.shrink_to_fit();
+  compact.texel_count = compact.texels.size();
+  return compact;
+}
+
+template <std::floating_point T>
 std::vector<ArrayVariable<T, 3>> render(
-    const std::vector<std::shared_ptr<const TextureOperator<T>>>& pictures,
+    const std::vector<std::shared_ptr<const CompactOperator<T>>>& pictures,
     const ArrayVariable<T, 2>& texels) {
   std::vector<Array<T, 3>> values(pictures.size());
-  parallel_for(values.size(), [&](std::size_t n) { values[n] = render(*pictures[n], texels.value()); });
+  parallel_for(values.size(), [&](std::size_t n) {
+    values[n] = render(*pictures[n], own_texels(*pictures[n], texels.value()));
+  });
   const auto pullback = [pictures](const std::vector<const Array<T, 3>*>& adjoints,
                                    Array<T, 2>* texels_adjoint) {
-    detail::add_render_adjoints(pictures, adjoints, *texels_adjoint);
+    std::vector<Array<T, 2>> parts(pictures.size());
+    parallel_for(pictures.size(), [&](std::size_t n) {
+      if (adjoints[n] == nullptr) return;
+      parts[n] = zeros<T, 2>({pictures[n]->texel_count, 3});
+      render_adjoint(*pictures[n], *adjoints[n], parts[n]);
+    });
+    for (std::size_t n = 0; n < pictures.size(); ++n)
+      if (adjoints[n] != nullptr) add_own_texels(*pictures[n], parts[n], T(1), *texels_adjoint);
   };
   return record_arrays<T, 3>(std::move(values), pullback, texels);
 }

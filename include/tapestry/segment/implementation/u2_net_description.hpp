@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <tapestry/core/random.hpp>
 #include <tapestry/segment/u2_net_description.hpp>
 

@@ -1,4 +1,3 @@
-
 #include "../../../support/operator_case.hpp"
 
 namespace nn = tapestry::nn;

@@ -1,4 +1,3 @@
-
 #include "../../../support/operator_case.hpp"
 
 using namespace tapestry;

@@ -81,23 +81,19 @@ double tolerance_of(const Case& c) {
 }
 }  // namespace
 
-TEMPLATE_TEST_CASE("Conv equals its definition", "[nn][network][convolution]", float, double) {
+TEST_CASE("Conv equals its definition, and its adjoints agree with central differences",
+          "[nn][network][convolution][gradient]") {
   for (const Case& c : cases())
     for (const bool computed : {false, true}) {
       CAPTURE(c.x, c.weights, computed);
       const auto test = network_of(c, computed);
       nn::Shape shape;
       const auto expected = reference(c, test, shape);
-      CHECK(test.network<TestType>().output_shape(0) == shape);
-      CHECK(largest_difference(result_of<TestType>(test), expected) <= tolerance_of<TestType>(c));
-    }
-}
-
-TEST_CASE("Conv's adjoints agree with central differences", "[nn][network][convolution][gradient]") {
-  for (const Case& c : cases())
-    for (const bool computed : {false, true}) {
-      CAPTURE(c.x, c.weights, computed);
-      check_adjoints(network_of(c, computed));
+      CHECK(test.network<float>().output_shape(0) == shape);
+      CHECK(test.network<double>().output_shape(0) == shape);
+      CHECK(largest_difference(result_of<float>(test), expected) <= tolerance_of<float>(c));
+      CHECK(largest_difference(result_of<double>(test), expected) <= tolerance_of<double>(c));
+      check_adjoints(test);
     }
 }
 

@@ -1,4 +1,3 @@
-
 #include "../../../support/operator_case.hpp"
 #include "../../../support/operator_network.hpp"
 
@@ -8,6 +7,7 @@ using namespace tapestry::test;
 namespace {
 using Numbers = std::vector<double>;
 using Ints = std::vector<std::int64_t>;
+constexpr double nothing = -std::numeric_limits<double>::infinity();
 
 double sigmoid(double x) { return 1 / (1 + std::exp(-x)); }
 
@@ -270,7 +270,6 @@ TEST_CASE("Attention weighs values by the softmax of products", "[nn][network][a
 }
 
 TEST_CASE("a query whose keys are all masked attends to nothing", "[nn][network][attention]") {
-  constexpr double nothing = -std::numeric_limits<double>::infinity();
   const auto q = given({1, 1, 3, 2}, 1), k = given({1, 1, 4, 2}, 2), v = given({1, 1, 4, 2}, 3);
   const Numbers truths{1, 1, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0};  // row 1: all masked; row 2: key 1 alone
   Numbers sums = truths;
@@ -288,7 +287,6 @@ TEST_CASE("a query whose keys are all masked attends to nothing", "[nn][network]
 }
 
 TEST_CASE("masks that are stored channels last mask all keys as well", "[nn][network][attention]") {
-  constexpr double nothing = -std::numeric_limits<double>::infinity();
   auto test =
       network_of("Attention", {given({1, 1, 3, 2}, 1), given({1, 1, 4, 2}, 2), given({1, 1, 4, 2}, 3)}, {});
   test.operands.push_back(
@@ -305,7 +303,6 @@ TEST_CASE("masks that are stored channels last mask all keys as well", "[nn][net
 }
 
 TEST_CASE("Softmax of nothing is not a number, as ONNX's formula", "[nn][network][attention]") {
-  constexpr double nothing = -std::numeric_limits<double>::infinity();
   const TestOperand x{TestOperand::Kind::given, {2, 2}, {nothing, nothing, nothing, 1}};
   for (const char* operation : {"Softmax", "LogSoftmax"}) {
     const auto found = result_of<double>(network_of(operation, {x}, {{"axis", std::int64_t(-1)}}));

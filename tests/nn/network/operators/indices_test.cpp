@@ -231,14 +231,9 @@ TEST_CASE("adjoints of reading by a grid agree with central differences", "[nn][
           kinks.push_back(k / 8.0);
           kinks.push_back(k / 6.0);
         }
-        check_operator({"GridSample",
-                        {{2, 3, 4, 4}, {2, 3, 2, 2}},
-                        {{"mode", mode}, {"padding_mode", padding}, {"align_corners", aligned}},
-                        {},
-                        16,
-                        -1.4,
-                        1.4,
-                        kinks});
+        const std::map<std::string, nn::Attribute> attributes{
+            {"mode", mode}, {"padding_mode", padding}, {"align_corners", aligned}};
+        check_operator({"GridSample", {{2, 3, 4, 4}, {2, 3, 2, 2}}, attributes, {}, 16, -1.4, 1.4, kinks});
       }
   check_operator({"GridSample", {{1, 2, 1, 1}, {1, 1, 2, 2}}, {{"align_corners", one}}, {}, 16, -0.7, 0.7});
 }

@@ -1,4 +1,3 @@
-
 #include "../../../support/operator_network.hpp"
 
 namespace nn = tapestry::nn;

@@ -1,4 +1,3 @@
-
 #include "../../../support/operator_network.hpp"
 
 namespace nn = tapestry::nn;
@@ -125,8 +124,7 @@ TEST_CASE("Resize interpolates linearly", "[nn][network][resize]") {
 }
 
 TEST_CASE("Resize interpolates by cubics", "[nn][network][resize]") {
-  // At t = 0.25 and 0.75 Keys' kernel has the weights −0.10546875,
-  // 0.87890625, 0.26171875, −0.03515625
+  // At t = 0.25 and 0.75 Keys' kernel has the weights −0.10546875, 0.87890625, 0.26171875, −0.03515625
   const std::vector<double> ramp = {1, 2, 3, 4};
   const auto at = [&](std::vector<double> weights, std::vector<double> values) {
     double sum = 0;

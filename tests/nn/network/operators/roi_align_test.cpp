@@ -1,4 +1,3 @@
-
 #include "../../../support/operator_case.hpp"
 #include "../../../support/operator_network.hpp"
 

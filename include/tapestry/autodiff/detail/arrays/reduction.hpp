@@ -25,11 +25,10 @@ requires detail::ArrayPair<X, Y>
 
 namespace detail {
 
-/// An array of a variable's extents, with elements of any value, in the memory of its tape.
+/// An array of a variable's extents, with elements of any value.
 template <class T, std::size_t Rank>
 [[nodiscard]] std::shared_ptr<Array<T, Rank>> array_like(const ArrayVariable<T, Rank>& x) {
-  return shared_array<T, Rank>(x.shape(),
-                               x.is_active() ? memory_of(TapeState<T>::require_active()) : nullptr);
+  return std::make_shared<Array<T, Rank>>(x.shape());
 }
 
 /// Axes of an array as [outer, count, inner] around one of them.

@@ -44,7 +44,7 @@ class AdjointMemory {
     memory_ = PageMemory();
     capacity_ = size_ = 0;
     try {
-      memory_ = PageMemory(allocate_pages(size));
+      memory_ = allocate_pages(size);
     } catch (const std::bad_alloc&) {
       throw Error(ErrorKind::limit, {"reverse: no memory for ", size, " bytes, the adjoints of ", count,
                                      " statements; checkpoint() records a part only while it is swept"});

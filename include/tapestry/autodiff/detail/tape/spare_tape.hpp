@@ -16,7 +16,7 @@ class SpareTape {
   ~SpareTape() {
     try {
       const auto& state = *held_.tape.shared_state();
-      if (state.array_memory != nullptr || is_large(state)) return;
+      if (state.adjoint_lane != nullptr || is_large(state)) return;
       held_.tape.clear();
       left() = std::move(held_);
     } catch (...) {  // it is only not left

@@ -1,5 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/detail/tape/huge_page_allocator.hpp>
+#include <tapestry/autodiff/detail/tape/page_memory.hpp>
 #include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/core/error.hpp>
 #include <vector>
@@ -192,7 +192,7 @@ class TapeMemory : public WriteHead {
   Chunk allocate(std::size_t size) const {
     Chunk chunk;
     try {
-      chunk.memory = PageMemory(allocate_pages(size));
+      chunk.memory = allocate_pages(size);
     } catch (const std::bad_alloc&) {
       throw Error(ErrorKind::limit,
                   {"the tape: no memory for ", size, " bytes beside the ", chunk_bytes(), " of ",

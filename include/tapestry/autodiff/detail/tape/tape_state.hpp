@@ -29,7 +29,7 @@ class TapeState : public TapeDiagnosis {
   TapeState() { clear(); }
   ~TapeState() {
     drop_records(0);
-    delete array_memory;
+    delete adjoint_lane;
   }
   TapeState(const TapeState&) = delete;
   TapeState& operator=(const TapeState&) = delete;
@@ -176,7 +176,7 @@ class TapeState : public TapeDiagnosis {
 
   ThreadClaim claim;
   std::uint64_t vector_sweeps = 0;         ///< number of sweeps of several roots so far
-  TapeAttachment* array_memory = nullptr;  ///< owned: of the arrays on this tape; see arrays/array_memory.hpp
+  TapeAttachment* adjoint_lane = nullptr;  ///< owned: of the arrays on this tape; see arrays/adjoint_lane.hpp
 
  private:
   static constexpr std::size_t most_operands = std::size_t(1) << 29U;

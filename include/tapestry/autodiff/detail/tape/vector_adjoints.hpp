@@ -1,7 +1,7 @@
 #pragma once
 #include <concepts>
 #include <cstring>
-#include <tapestry/autodiff/detail/tape/huge_page_allocator.hpp>
+#include <tapestry/autodiff/detail/tape/page_memory.hpp>
 #include <vector>
 
 namespace tapestry::detail {
@@ -46,12 +46,12 @@ requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
       std::size_t bytes = (blocks + blocks / 2) * block_bytes;
       memory_ = PageMemory();
       capacity_ = 0;
-      memory_ = PageMemory(allocate_pages(bytes));
+      memory_ = allocate_pages(bytes);
       capacity_ = bytes / block_bytes;
     }
     if (window_memory_.get() == nullptr) {
       std::size_t bytes = window_blocks * block_bytes;
-      window_memory_ = PageMemory(allocate_pages(bytes));
+      window_memory_ = allocate_pages(bytes);
     }
     top_ = last / block;
     floor_ = (input_count + 1) / block < top_ ? (input_count + 1) / block : top_;

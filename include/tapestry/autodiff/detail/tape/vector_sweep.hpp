@@ -27,7 +27,7 @@ class VectorPullbacks {
     for (const HeldRecord<T>& held : records_)
       if (held.results > most_results) most_results = held.results;
     std::size_t bytes = (last + 1 + most_results) * sizeof(T);
-    memory_ = PageMemory(allocate_pages(bytes));
+    memory_ = allocate_pages(bytes);
   }
   VectorPullbacks(const VectorPullbacks&) = delete;
   VectorPullbacks& operator=(const VectorPullbacks&) = delete;

@@ -10,11 +10,9 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-#include <limits>
 #include <tapestry/core/platform.hpp>
-#if defined(__GLIBC__)
-#include <malloc.h>
-#elif defined(__APPLE__)
+#include <tapestry/core/platform/memory.hpp>
+#if defined(__APPLE__)
 #include <mach-o/dyld.h>
 #endif
 
@@ -159,12 +157,25 @@ ProcessCost process_cost() {
   return {static_cast<double>(usage.ru_maxrss) / peak_units_per_mib, usage.ru_nvcsw, usage.ru_minflt};
 }
 
-void keep_freed_memory() {
-#if defined(__GLIBC__)
-  ::mallopt(M_MMAP_THRESHOLD, 32 << 20);
-  ::mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
-  ::mallopt(M_TOP_PAD, 64 << 20);
-#endif
+std::uint64_t machine_memory() {
+  const long pages = ::sysconf(_SC_PHYS_PAGES), size = ::sysconf(_SC_PAGESIZE);
+  std::uint64_t bytes =
+      pages > 0 && size > 0 ? static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(size) : 0;
+  // Absent outside containers; "max" where there is no limit.
+  if (std::FILE* const file = std::fopen("/sys/fs/cgroup/memory.max", "r")) {
+    unsigned long long most = 0;
+    if (std::fscanf(file, "%llu", &most) == 1) bytes = std::min<std::uint64_t>(bytes, most);
+    std::fclose(file);
+  }
+  return bytes;
+}
+
+void limit_memory(std::uint64_t bytes) {
+  ::rlimit limit{};
+  if (!PagePool::keeps_blocks || ::getrlimit(RLIMIT_DATA, &limit) != 0)
+    return;  // AddressSanitizer maps far more
+  limit.rlim_cur = std::min<::rlim_t>(bytes, limit.rlim_max);
+  ::setrlimit(RLIMIT_DATA, &limit);
 }
 
 bool is_error_stream_a_terminal() { return ::isatty(STDERR_FILENO) == 1; }

@@ -173,6 +173,14 @@ ProcessCost process_cost() {
           static_cast<long>(memory.PageFaultCount)};
 }
 
+std::uint64_t machine_memory() {
+  MEMORYSTATUSEX status{};
+  status.dwLength = sizeof status;
+  return ::GlobalMemoryStatusEx(&status) != 0 ? status.ullTotalPhys : 0;
+}
+
+void limit_memory(std::uint64_t) {}
+
 bool is_error_stream_a_terminal() {  // that rewrites its lines
   const HANDLE errors = ::GetStdHandle(STD_ERROR_HANDLE);
   DWORD mode = 0;

@@ -65,19 +65,11 @@ template <class E>
                     node.leaves());
 }
 
-/// The memory of the tape that will record an expression; none for a passive one.
-/// \throws DomainError if an active expression finds no active tape
-template <ArrayExpression E>
-[[nodiscard]] std::shared_ptr<ArrayMemory<typename E::ArrayScalar>> memory_for(const E& node) {
-  using T = typename E::ArrayScalar;
-  return is_active_expression(node) ? memory_of(TapeState<T>::require_active()) : nullptr;
-}
-
 /// Values that are kept for the pullback.
 template <ArrayExpression E>
 [[nodiscard]] std::shared_ptr<Array<typename E::ArrayScalar, 1>> make_kept(const E& node, std::size_t size) {
   if (size == 0 || !is_active_expression(node)) return nullptr;
-  return shared_array<typename E::ArrayScalar, 1>({size}, memory_for(node));
+  return std::make_shared<Array<typename E::ArrayScalar, 1>>(Extents<1>{size});
 }
 
 template <class T>
@@ -181,7 +173,7 @@ void for_each_on_its_side(const ArrayView<T, Whole, 2>& view, Visit visit) {
 
 template <class T, std::size_t Whole>
 [[nodiscard]] ArrayVariable<T, 2> evaluate_on_its_side(const ArrayView<T, Whole, 2>& view) {
-  const auto value = shared_array<T, 2>(view.shape(), memory_for(view));
+  const auto value = std::make_shared<Array<T, 2>>(view.shape());
   const T* const from = view.whole().value().data();
   T* const to = value->data();
   for_each_on_its_side(view, [=](std::ptrdiff_t at, std::size_t place) { to[place] = from[at]; });
@@ -204,7 +196,7 @@ template <ArrayExpression E>
   }
   constexpr std::size_t rank = E::rank;
   constexpr std::size_t kept_count = E::kept_count - (detail::is_costly_node<E> ? 1 : 0);
-  const auto value = detail::shared_array<T, rank>(node.shape(), detail::memory_for(node));
+  const auto value = std::make_shared<Array<T, rank>>(node.shape());
   const auto kept = detail::make_kept(node, kept_count * value->size());
   T* const to = value->data();
   const auto take = [=](const auto& reader, std::size_t position, std::size_t count) {

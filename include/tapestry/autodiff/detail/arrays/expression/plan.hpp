@@ -1,5 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/detail/arrays/array_memory.hpp>  // count_of
+#include <tapestry/autodiff/detail/arrays/adjoint_lane.hpp>  // count_of
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 
