@@ -57,7 +57,7 @@ done
 rm -rf "$out/killed"
 on arm neon "${steps[@]}" --output "$out/killed" &
 until [ -e "$out/killed/checkpoint.npz" ] || ! kill -0 $! 2>/dev/null; do sleep 0.2; done
-kill -KILL $! && echo "killed" || fail "the run ended before it could be killed"
+pkill -KILL -P $! && echo "killed" || fail "the run ended before it could be killed"
 wait $! || true
 on arm neon camouflage --quiet --resume --output "$out/killed" || fail "no resume"
 compare killed arm-neon
