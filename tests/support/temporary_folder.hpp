@@ -23,7 +23,10 @@ class TemporaryFolder {
     std::filesystem::remove_all(folder_, ignored);
   }
   [[nodiscard]] const std::string& path() const { return folder_; }
-  [[nodiscard]] std::string path(const std::string& name) const { return folder_ + "/" + name; }
+  /// The path of a name, with the system's own separators.
+  [[nodiscard]] std::string path(const std::string& name) const {
+    return (std::filesystem::path(folder_) / name).make_preferred().string();
+  }
 
   /// Writes a file and returns its path.
   std::string write(const std::string& name, const std::string& content) const {

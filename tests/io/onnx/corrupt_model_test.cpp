@@ -2,6 +2,7 @@
 // one error that names the fault, in bounded time and memory.
 #include <tapestry/io/onnx/onnx_file.hpp>
 
+#include <tapestry/core/platform.hpp>
 #include <tapestry/core/random.hpp>
 
 #include "../../support/onnx_builder.hpp"
@@ -280,11 +281,7 @@ void make_network(const std::string& bytes, const std::string& path) {
   const nn::Network<float> network(description, shapes);
 }
 
-double peak_mib() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
-}
+double peak_mib() { return platform::process_cost().peak_mib; }
 double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 }  // namespace
 

@@ -100,7 +100,7 @@ TEST_CASE("models that others exported state true extents", "[io][onnx]") {
     if (entry.path().extension() != ".onnx") continue;
     std::optional<nn::NetworkDescription> network;
     try {
-      network = io::read_onnx(entry.path());
+      network = io::read_onnx(entry.path().string());
     } catch (const FileError&) {  // of a version that is not supported
       continue;
     }

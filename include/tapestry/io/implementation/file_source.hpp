@@ -15,8 +15,9 @@ bool stays_below(const std::string& name) {
 std::string path_remedy(const std::string& path) {
   namespace fs = std::filesystem;
   std::error_code error;
-  fs::path there;
-  for (const fs::path& part : path_of(path)) {
+  const fs::path whole = path_of(path);
+  fs::path there = whole.root_path();  // "C:" alone is no folder on Windows
+  for (const fs::path& part : whole.relative_path()) {
     if (fs::exists(there / part, error)) {
       there /= part;
       continue;

@@ -96,7 +96,7 @@ class ExternalData {
     if (location.empty() || location.find('\0') != std::string_view::npos)
       tensor.fail_whole(label + " names no file", expected);
     const fs::path path = path_of(location);
-    if (path.is_absolute()) tensor.fail_whole(label + " is an absolute path", expected);
+    if (path.has_root_path()) tensor.fail_whole(label + " is an absolute path", expected);
     for (const fs::path& part : path)
       if (part == "..") tensor.fail_whole(label + " leaves its folder by '..'", expected);
     std::error_code error;
