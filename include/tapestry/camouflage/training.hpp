@@ -197,7 +197,8 @@ class Training {
   [[nodiscard]] Array<T, 2> gradient_of(const std::vector<ViewPointer>& views);
 
   /// A variable, 0, whose pullback adds Σ slopes / divisors to x: the reverse sweep continues the views'
-  /// sweeps. \param add  add(number of a share, its divisor, x's adjoint), called in the order of the shares
+  /// sweeps.
+  /// \param add  add(number of a share, its divisor, x's adjoint), called in the order of the shares
   template <class Add>
   [[nodiscard]] static Variable<T> continued(const ArrayVariable<T, 2>& x,
                                              const std::vector<double>& divisors, Add add) {

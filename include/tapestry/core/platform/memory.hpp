@@ -34,8 +34,8 @@ namespace tapestry::platform {
 
 /// Keeps large blocks that are released and hands them out again, so that a loop maps no page twice: the
 /// system clears each page that it maps, which took half the time of a step with a texture of 1,024 rows.
-/// What is kept never raises the process's memory: blocks in use and kept together never exceed what was once
-/// in use at the same time. Safe to call from all threads. Under AddressSanitizer it keeps nothing, so that a
+/// Returns kept blocks to the system before the sum of blocks in use and kept exceeds the most that was in
+/// use at the same time. Safe to call from all threads. Under AddressSanitizer it keeps nothing, so that a
 /// use after release is found.
 class PagePool {
  public:
