@@ -34,9 +34,10 @@ namespace tapestry::platform {
 
 /// Keeps large blocks that are released and hands them out again, so that a loop maps no page twice: the
 /// system clears each page that it maps, which took half the time of a step with a texture of 1,024 rows.
-/// Returns kept blocks to the system before the sum of blocks in use and kept exceeds the most that was in
-/// use at the same time. Safe to call from all threads. Under AddressSanitizer it keeps nothing, so that a
-/// use after release is found.
+/// Returns kept blocks to the system before the sum of blocks in use and kept exceeds by a quarter the most
+/// that was in use at the same time: threads need different sizes at different times, and without the quarter
+/// they took blocks from each other. Safe to call from all threads. Under AddressSanitizer it keeps nothing,
+/// so that a use after release is found.
 class PagePool {
  public:
   static constexpr std::size_t smallest = std::size_t(16) << 10U;  ///< bytes of a block; less is malloc's
@@ -68,7 +69,8 @@ class PagePool {
     void* memory = pop(rounded);
     if (memory == nullptr) {
       const std::size_t used = use_.in_use + rounded.size;
-      return_to_system(use_.peak > used ? use_.peak - used : 0);
+      const std::size_t allowed = use_.peak + use_.peak / 4;
+      return_to_system(allowed > used ? allowed - used : 0);
       memory = map(rounded.size);
       if (memory == nullptr) {
         return_to_system(0);
