@@ -2,6 +2,7 @@
 #include <array>
 #include <bit>
 #include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <limits>
 #include <memory>
@@ -66,6 +67,7 @@ class PagePool {
     if (size > std::numeric_limits<std::size_t>::max() / 2) throw std::bad_alloc();
     const Class rounded = class_of(size);
     const std::lock_guard lock(mutex_);
+    asked_at_[rounded.index] = ++requests_;
     void* memory = pop(rounded);
     if (memory == nullptr) {
       const std::size_t used = use_.in_use + rounded.size;
@@ -160,16 +162,23 @@ class PagePool {
     return memory;
   }
 
-  /// Unmaps kept blocks, the largest first, until at most `allowed` bytes are kept.
+  /// Unmaps kept blocks until at most `allowed` bytes are kept: those first whose size was longest not asked
+  /// for, so that a loop keeps the sizes that it needs each time.
   void return_to_system(std::size_t allowed) noexcept {
-    for (std::size_t index = blocks_.size(); index-- > 0 && use_.kept > allowed;) {
-      while (use_.kept > allowed && !blocks_[index].empty()) unmap(pop({size_of_class(index), index}));
+    while (use_.kept > allowed) {
+      std::size_t oldest = blocks_.size();
+      for (std::size_t index = 0; index < blocks_.size(); ++index)
+        if (!blocks_[index].empty() && (oldest == blocks_.size() || asked_at_[index] < asked_at_[oldest]))
+          oldest = index;
+      unmap(pop({size_of_class(oldest), oldest}));
     }
   }
 
   mutable std::mutex mutex_;
   Use use_;
   std::array<std::vector<void*>, 8 * 64> blocks_;  // by class
+  std::array<std::uint64_t, 8 * 64> asked_at_{};   // by class: the last request
+  std::uint64_t requests_ = 0;
 };
 
 /// Allocates `size` bytes, aligned to alignment_for(size), to be released by FreePages; from the pool where a
