@@ -5,7 +5,7 @@
 #include "../support/catch.hpp"
 
 namespace image = tapestry::image;
-using image::FourierTransform;
+using FourierTransform = image::FourierTransform<double>;
 
 namespace {
 
@@ -60,6 +60,23 @@ TEST_CASE("the inverse Fourier transform gives the plane back", "[image][fourier
       const auto back = transform.inverse(transform.forward(plane));
       for (std::size_t i = 0; i < plane.size(); ++i) CHECK(std::abs(back[i] - plane[i]) <= 4e-15);
     }
+  }
+}
+
+TEST_CASE("a Fourier transform in float is that in double to float's precision",
+          "[image][fourier_transform]") {
+  for (const auto [height, width] : extents) {
+    CAPTURE(height, width);
+    const auto plane = random_plane(height * width, height + 7 * width);
+    const auto expected = FourierTransform(height, width).forward(plane);
+    const image::FourierTransform<float> transform(height, width);
+    const auto spectrum = transform.forward({plane.begin(), plane.end()});
+    const auto back = transform.inverse(spectrum);
+    for (std::size_t k = 0; k < expected.size(); ++k)
+      CHECK(std::abs(std::complex<double>(spectrum[k]) - expected[k]) <=
+            1e-6 * static_cast<double>(plane.size()));
+    for (std::size_t i = 0; i < plane.size(); ++i)
+      CHECK(std::abs(static_cast<double>(back[i]) - plane[i]) <= 1e-6);
   }
 }
 

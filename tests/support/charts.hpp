@@ -81,8 +81,8 @@ inline double correlation(const Array<float, 2>& a, std::size_t c, const Array<f
 /// bands of `band` × `band` frequencies: the root of their mean power.
 inline std::vector<double> amplitudes(const Array<float, 2>& colours, const raster::TextureChart& chart,
                                       std::size_t c, std::size_t band = 1) {
-  image::FourierTransform transform(chart.height, chart.width);
-  image::FourierTransform::Plane plane(chart.height * chart.width, 0);
+  const image::FourierTransform<double> transform(chart.height, chart.width);
+  image::FourierTransform<double>::Plane plane(chart.height * chart.width, 0);
   const double mean = mean_of(colours, chart, c);
   for (const auto& texel : chart.texels)
     plane[texel.row * chart.width + texel.column] = static_cast<double>(colours(texel.texel, c)) - mean;
