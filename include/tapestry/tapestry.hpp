@@ -14,7 +14,6 @@
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/autodiff/arrays/gather.hpp>
 #include <tapestry/autodiff/boost.hpp>
 #include <tapestry/autodiff/checkpoint.hpp>
@@ -38,6 +37,7 @@
 #include <tapestry/autodiff/tape_statistics.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/block_loop.hpp>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/finite.hpp>

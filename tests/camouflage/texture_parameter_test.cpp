@@ -57,6 +57,15 @@ TEMPLATE_TEST_CASE("a saturated tanh has a tiny but never a NaN gradient", "[cam
   CHECK(adjoint(0, 2) == adjoint(0, 0));
 }
 
+TEST_CASE("dark colours keep their digits in float", "[camouflage][texture]") {
+  const auto p = random_array<float>({5000, 3}, 5, -40, 5);
+  const auto colours = camouflage::texture_colours(p);
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    const double exact = 1 / (1 + std::exp(-2 * static_cast<double>(p.data()[i])));
+    CHECK(std::abs(static_cast<double>(colours.data()[i]) - exact) <= 3e-7 * exact);
+  }
+}
+
 TEST_CASE("parameter_of_colours is undone by texture_colours, but for white and black",
           "[camouflage][texture]") {
   auto colours = random_array<double>({5, 3}, 4, 0.01, 0.99);

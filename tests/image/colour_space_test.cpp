@@ -47,6 +47,24 @@ TEST_CASE("the curve's line and its power meet without a step", "[image][colour_
   CHECK(image::encoded(linear + step) == Approx(image::encoded(linear - step)).margin(1e-13).epsilon(0));
 }
 
+TEST_CASE("light of float colours by vectors has the error that it states", "[image][colour_space]") {
+  Array<float, 2> colours(Extents<2>{70000, 3});
+  for (std::size_t i = 0; i < colours.size(); ++i) colours.data()[i] = -0.1F + 1e-5F * static_cast<float>(i);
+  const auto light = image::linearised(colours);
+  double worst = 0;
+  for (std::size_t i = 0; i < colours.size(); ++i) {
+    const auto x = static_cast<double>(colours.data()[i]), found = static_cast<double>(light.data()[i]);
+    if (x != 0) worst = std::max(worst, std::abs(found / image::linearised(x) - 1));
+  }
+  CHECK(worst <= 6e-7);
+  const float infinity = std::numeric_limits<float>::infinity();
+  const auto ends = image::linearised(Array<float, 1>{infinity, -infinity, std::nanf(""), 0.0F});
+  CHECK(ends(0) == infinity);
+  CHECK(ends(1) == -infinity);
+  CHECK(std::isnan(ends(2)));
+  CHECK(ends(3) == 0);
+}
+
 TEST_CASE("not a number stays one, and infinite light stays so", "[image][colour_space]") {
   const double nan = std::numeric_limits<double>::quiet_NaN(),
                infinity = std::numeric_limits<double>::infinity();

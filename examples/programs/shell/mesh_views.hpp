@@ -97,8 +97,7 @@ inline Layer colour_view(const PaintedScene& scene, const geometry::Camera& came
   const auto draw = [&](const auto& light) {
     const auto view =
         raster::texture_operator<float>(scene, camera, picture.height, picture.width, light, picture.samples);
-    return Layer{raster::render(
-                     view, raster::stored_texels(scene.pyramid, image::in_space(scene.space, scene.texels))),
+    return Layer{raster::render(view, raster::stored_texels(scene.pyramid, scene.texels, scene.space)),
                  view.coverage, scene.space};
   };
   const auto draw_coated = [&]<class Light>(const Light& light) {

@@ -3,6 +3,7 @@
 #include <tapestry/autodiff/detail/arrays/adjoint_lane.hpp>
 #include <tapestry/autodiff/tape.hpp>
 #include <tapestry/core/array.hpp>
+#include <tapestry/core/parallel.hpp>
 
 namespace tapestry {
 namespace detail {
@@ -77,7 +78,10 @@ class ArrayAdjoint {
     if (lane.holds != Holds::forgotten) return lane;
     if (lane.adjoint.shape() != extents_ || lane.adjoint.storage().size() != count_of(extents_))
       lane.adjoint.resize(extents_);
-    for (T& element : lane.adjoint.storage()) element = T(0);
+    constexpr std::size_t block = std::size_t(1) << 16U;
+    parallel_for_blocks(lane.adjoint.size(), block, [to = lane.adjoint.data()](auto begin, auto end) {
+      std::fill(to + begin, to + end, T(0));
+    });
     lane.holds = Holds::zeros;
     return lane;
   }

@@ -65,30 +65,27 @@ template <std::floating_point T>
 /// parameter_of_colours() keeps colours exactly that are farther than this from 0 and 1.
 inline constexpr double colour_margin = 1e-3;
 
-/// The colours of a texture parameter on the tape: c = ½ (tanh p + 1), so that no step leaves (0, 1). Its
-/// slope keeps its relative accuracy where tanh saturates. Runs on all threads, unlike that formula of
-/// arrays. Others write sigmoid(p) or clamp(p, 0, 1) here.
+/// The colours of a texture parameter on the tape: c = ½ (tanh p + 1) = σ(2p), so that no step leaves
+/// (0, 1). Value and slope keep their relative accuracy towards black, the slope also towards white. Runs on
+/// all threads, unlike that formula of arrays. Others write sigmoid(p) or clamp(p, 0, 1) here.
 ///
 /// \param parameter  p, [texel, 3], any real value
 /// \returns          c, [texel, 3], in [0, 1]; exactly 0 or 1 where tanh saturates
 /// Source: the texture parametrisation of Wang et al.'s published FCA program.
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> texture_colours(const ArrayVariable<T, 2>& parameter) {
-  constexpr std::size_t block = 1024;
-  Array<T, 2> curve(parameter.shape()), colours(parameter.shape());
-  parallel_for_blocks(colours.size(), block, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      curve.data()[i] = std::tanh(parameter.value().data()[i]);
-      colours.data()[i] = (curve.data()[i] + T(1)) / T(2);
-    }
-  });
-  const auto pullback = [p = parameter.shared_value(), curve = std::move(curve)](
-                            const Array<T, 2>& colours_adjoint, Array<T, 2>* parameter_adjoint) {
-    parallel_for_blocks(curve.size(), block, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i)
-        parameter_adjoint->data()[i] +=
-            colours_adjoint.data()[i] / T(2) * tapestry::detail::tanh_slope(p->data()[i], curve.data()[i]);
-    });
+  Array<T, 2> colours(parameter.shape());
+  parallel_for_vectors(
+      colours.size(),
+      [ p = parameter.value().data(), to = colours.data() ](std::size_t i)
+          __attribute__((always_inline)) { to[i] = tapestry::detail::vector_sigmoid(2 * p[i]); });
+  const auto pullback = [kept = parameter.shared_value()](const Array<T, 2>& colours_adjoint,
+                                                          Array<T, 2>* parameter_adjoint) {
+    parallel_for_vectors(
+        kept->size(), [ p = kept->data(), from = colours_adjoint.data(),
+                        to = parameter_adjoint->data() ](std::size_t i) __attribute__((always_inline)) {
+          to[i] += from[i] * 2 * tapestry::detail::vector_sigmoid_slope(2 * p[i]);
+        });
   };
   return record_array(std::move(colours), pullback, parameter);
 }

@@ -192,9 +192,9 @@ class Training {
                                                      const std::vector<ViewPointer>& views,
                                                      const std::vector<std::size_t>& counting);
 
-  /// The mean of the views' gradients, or their weighted sum if only the worst count; stores the same of the
-  /// terms in terms_.
-  [[nodiscard]] Array<T, 2> gradient_of(const std::vector<ViewPointer>& views);
+  /// The parameter, which it does not own, with the mean of the views' gradients as its adjoint until the
+  /// next step, or with their weighted sum if only the worst count; stores the same of the terms in terms_.
+  [[nodiscard]] ArrayVariable<T, 2> differentiated(const std::vector<ViewPointer>& views);
 
   /// A variable, 0, whose pullback adds Σ slopes / divisors to x: the reverse sweep continues the views'
   /// sweeps.

@@ -50,13 +50,20 @@ template <std::size_t Largest = 64, class Body>
 #if defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__) && !defined(TAPESTRY_ONE_INSTRUCTION_SET)
 #if defined(__x86_64__)
 template <std::size_t Largest, class Body>
-[[gnu::target("avx512f,avx512dq,avx512vl,avx2,fma"), gnu::noinline]] void avx512_block(std::size_t count,
-                                                                                       const Body& body) {
+#if !defined(__clang__)  // at every level of the file; clang has no such attribute
+[[gnu::optimize("O3")]]
+#endif
+[[gnu::target("avx512f,avx512dq,avx512vl,avx2,fma"), gnu::noinline]] void
+avx512_block(std::size_t count, const Body& body) {
   const Body own = body;
   plain_block<Largest>(count, own);
 }
 template <std::size_t Largest, class Body>
-[[gnu::target("avx2,fma"), gnu::noinline]] void avx2_block(std::size_t count, const Body& body) {
+#if !defined(__clang__)  // at every level of the file; clang has no such attribute
+[[gnu::optimize("O3")]]
+#endif
+[[gnu::target("avx2,fma"), gnu::noinline]] void
+avx2_block(std::size_t count, const Body& body) {
   const Body own = body;
   plain_block<Largest>(count, own);
 }

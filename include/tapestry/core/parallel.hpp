@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdlib>
 #include <optional>
+#include <tapestry/core/block_loop.hpp>
 #include <tapestry/core/detail/thread_pool.hpp>
 #include <type_traits>
 #include <utility>
@@ -74,6 +75,19 @@ void parallel_for_blocks(std::size_t count, std::size_t size, Body body) {
   parallel_for(block_count(count, size), [&](std::size_t index) {
     const BlockRange range = block_range(index, count, size);
     body(range.begin, range.end);
+  });
+}
+
+/// Calls body(i) for i < count in vectors, as for_block() does, and on all threads where `count` is large.
+/// \param body  inlined always, with few captures and those by value
+template <class Body>
+void parallel_for_vectors(std::size_t count, const Body& body) {
+  constexpr std::size_t block = std::size_t(1) << 14U;
+  parallel_for_blocks(count, block, [&](std::size_t begin, std::size_t end) {
+    const auto from_begin = [ begin, body ](std::size_t i) __attribute__((always_inline)) {
+      body(begin + i);
+    };
+    detail::for_block<16>(end - begin, from_begin);
   });
 }
 

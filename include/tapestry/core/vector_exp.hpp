@@ -77,4 +77,37 @@ template <class T>
   return x < Format::least ? T(0) : not_above;
 }
 
+/// log x of a normal number without a branch: x = 2^k · m with m from √½ to √2, and log m = 2 artanh s with
+/// s = (m − 1)/(m + 1), by its series. Errs by 1e-7 of the larger of 1 and log x.
+[[nodiscard, gnu::always_inline]] inline float vector_log(float x) {
+  using Format = ExponentialFormat<float>;
+  constexpr std::uint32_t root_half = 0x3F3504F3U, one = 0x3F800000U, mantissa = 0x7FFFFFU;
+  constexpr float terms[] = {1.0F / 3, 1.0F / 5, 1.0F / 7, 1.0F / 9};
+  const std::uint32_t pattern = std::bit_cast<std::uint32_t>(x) + (one - root_half);
+  const auto k = static_cast<float>(static_cast<std::int32_t>(pattern >> 23U) - 127);
+  const auto m = std::bit_cast<float>((pattern & mantissa) + root_half);
+  const float s = (m - 1) / (m + 1), square = s * s;
+  return k * Format::ln2_high + (k * Format::ln2_low + 2 * (s + s * square * horner<0>(terms, square)));
+}
+
+/// |x|.
+template <class T>
+[[nodiscard, gnu::always_inline]] inline T magnitude(T x) {
+  return x < 0 ? -x : x;
+}
+
+/// σ(x) = 1/(1 + e^−x), without overflow at either end.
+template <class T>
+[[nodiscard, gnu::always_inline]] inline T vector_sigmoid(T x) {
+  const T e = vector_exp(-magnitude(x));
+  return (x < 0 ? e : T(1)) / (1 + e);
+}
+
+/// σ(x) · σ(−x). Computed from σ(x) alone, it would lose all digits where σ(x) is close to 1.
+template <class T>
+[[nodiscard, gnu::always_inline]] inline T vector_sigmoid_slope(T x) {
+  const T e = vector_exp(-magnitude(x));
+  return e / ((1 + e) * (1 + e));
+}
+
 }  // namespace tapestry::detail

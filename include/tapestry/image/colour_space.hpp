@@ -4,6 +4,7 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/core/vector_exp.hpp>
 
 namespace tapestry::image {
 
@@ -90,8 +91,9 @@ template <std::floating_point T>
 
 /// d linearised / d encoded, for an encoded value and its light.
 template <std::floating_point T>
-[[nodiscard]] T linearised_slope(T encoded, T linear) {
-  return encoded <= T(detail::crossing_encoded) ? 1 / T(12.92) : T(2.4) * linear / (encoded + T(0.055));
+[[nodiscard, gnu::always_inline]] inline T linearised_slope(T encoded, T linear) {
+  const T of_power = T(2.4) * linear / (encoded + T(0.055));
+  return encoded <= T(detail::crossing_encoded) ? 1 / T(12.92) : of_power;
 }
 
 /// The encoded value of an amount of light: the inverse of linearised().
@@ -108,21 +110,41 @@ template <std::floating_point T>
 }
 
 namespace detail {
-/// Calls visit(index) for all values of an array, from several threads.
-template <std::floating_point T, std::size_t Rank, class Visit>
-void for_each_value(const Array<T, Rank>& values, Visit visit) {
-  constexpr std::size_t block = 2048;  // powers are slow
-  parallel_for_blocks(values.size(), block, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) visit(i);
-  });
-}
+/// linearised() for loops of vectors: in float with a relative error of 6e-7 at most (by std::pow 4e-7), the
+/// same with every C library.
+template <std::floating_point T>
+struct Linearise {
+  const T* encoded;
+  T* light;
+  [[gnu::always_inline]] void operator()(std::size_t i) const {
+    if constexpr (std::same_as<T, float>) {
+      using tapestry::detail::vector_exp, tapestry::detail::vector_log;
+      const float base = (encoded[i] + 0.055F) / 1.055F;
+      const float power = base * base * vector_exp(0.4F * vector_log(base));
+      const float line = encoded[i] / 12.92F;
+      light[i] = encoded[i] <= static_cast<float>(crossing_encoded) ? line : power;
+    } else {
+      light[i] = linearised(encoded[i]);
+    }
+  }
+};
+
+/// Adds the pullback of linearised().
+template <std::floating_point T>
+struct LinearisedPullback {
+  const T *encoded, *light, *light_adjoint;
+  T* encoded_adjoint;
+  [[gnu::always_inline]] void operator()(std::size_t i) const {
+    encoded_adjoint[i] += light_adjoint[i] * linearised_slope(encoded[i], light[i]);
+  }
+};
 }  // namespace detail
 
-/// linearised() of every value.
+/// linearised() of every value, in float with a relative error of 6e-7 at most.
 template <std::floating_point T, std::size_t Rank>
 [[nodiscard]] Array<T, Rank> linearised(const Array<T, Rank>& colours) {
   Array<T, Rank> light(colours.shape());
-  detail::for_each_value(colours, [&](std::size_t i) { light.data()[i] = linearised(colours.data()[i]); });
+  parallel_for_vectors(light.size(), detail::Linearise<T>{colours.data(), light.data()});
   return light;
 }
 
@@ -130,7 +152,9 @@ template <std::floating_point T, std::size_t Rank>
 template <std::floating_point T, std::size_t Rank>
 [[nodiscard]] Array<T, Rank> encoded(const Array<T, Rank>& light) {
   Array<T, Rank> colours(light.shape());
-  detail::for_each_value(light, [&](std::size_t i) { colours.data()[i] = encoded(light.data()[i]); });
+  parallel_for_vectors(colours.size(), [from = light.data(), to = colours.data()](std::size_t i) {
+    to[i] = encoded(from[i]);
+  });
   return colours;
 }
 

@@ -11,10 +11,9 @@ template <std::floating_point T, std::size_t Rank>
   auto light = std::make_shared<const Array<T, Rank>>(linearised(colours.value()));
   const auto pullback = [encoded = colours.shared_value(), light](const Array<T, Rank>& light_adjoint,
                                                                   Array<T, Rank>* colours_adjoint) {
-    detail::for_each_value(*light, [&](std::size_t i) {
-      colours_adjoint->data()[i] +=
-          light_adjoint.data()[i] * linearised_slope(encoded->data()[i], light->data()[i]);
-    });
+    parallel_for_vectors(light->size(),
+                         detail::LinearisedPullback<T>{encoded->data(), light->data(), light_adjoint.data(),
+                                                       colours_adjoint->data()});
   };
   return record_array(light, pullback, colours);
 }
@@ -25,7 +24,7 @@ template <std::floating_point T, std::size_t Rank>
   auto colours = std::make_shared<const Array<T, Rank>>(encoded(light.value()));
   const auto pullback = [linear = light.shared_value(), colours](const Array<T, Rank>& colours_adjoint,
                                                                  Array<T, Rank>* light_adjoint) {
-    detail::for_each_value(*colours, [&](std::size_t i) {
+    parallel_for_vectors(colours->size(), [&](std::size_t i) {
       light_adjoint->data()[i] +=
           colours_adjoint.data()[i] * encoded_slope(linear->data()[i], colours->data()[i]);
     });

@@ -59,18 +59,21 @@ class Adam {
     const auto t = static_cast<double>(state_.step);
     const double mean_scale = settings_.learning_rate / (1 - std::pow(settings_.beta1, t));
     const double square_scale = 1 / (1 - std::pow(settings_.beta2, t));
-    parallel_for_blocks(parameters.size(), 4096, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const auto g = static_cast<double>(gradient[i]);
-        const double m = blend(settings_.beta1, static_cast<double>(state_.first_moment[i]), g);
-        const double v = blend(settings_.beta2, static_cast<double>(state_.second_moment[i]), g * g);
-        state_.first_moment[i] = static_cast<T>(m);
-        state_.second_moment[i] = static_cast<T>(v);
-        const double denominator = std::sqrt(v * square_scale) + settings_.epsilon;
-        const double change = m == 0 ? 0 : mean_scale * m / denominator;  // 0 / 0 when ε = 0
-        parameters[i] = static_cast<T>(static_cast<double>(parameters[i]) - change);
-      }
-    });
+    parallel_for_vectors(
+        parameters.size(), [
+          =, beta1 = settings_.beta1, beta2 = settings_.beta2, epsilon = settings_.epsilon,
+          g = gradient.data(), x = parameters.data(), first = state_.first_moment.data(),
+          second = state_.second_moment.data()
+        ](std::size_t i) __attribute__((always_inline)) {
+          const auto slope = static_cast<double>(g[i]);
+          const double m = blend(beta1, static_cast<double>(first[i]), slope);
+          const double v = blend(beta2, static_cast<double>(second[i]), slope * slope);
+          first[i] = static_cast<T>(m);
+          second[i] = static_cast<T>(v);
+          const double least = m == 0 ? 1 : epsilon;  // not 0 / 0 when ε = 0
+          const double change = mean_scale * m / (std::sqrt(v * square_scale) + least);
+          x[i] = static_cast<T>(static_cast<double>(x[i]) - change);
+        });
   }
 
   /// The same of arrays: step(parameter, parameter_variable.adjoint()).

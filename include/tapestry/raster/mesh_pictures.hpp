@@ -21,7 +21,7 @@ inline void add_picture(MeshPictures& pictures, const geometry::Mesh& mesh,
   const auto colours = image::from_bytes<float>(picture);
   added.texels = Array<float, 2>(Extents<2>{picture.shape(0) * picture.shape(1), 3});
   std::copy_n(colours.data(), colours.size(), added.texels.data());
-  added.texels = stored_texels(pyramid_of(body), image::in_space(space, std::move(added.texels)));
+  added.texels = stored_texels(pyramid_of(body), std::move(added.texels), space);
   if (is_filtered(added.layout)) added.filter.emplace(body);
   const auto index = static_cast<std::int32_t>(pictures.pictures.size());
   pictures.pictures.push_back(std::move(added));

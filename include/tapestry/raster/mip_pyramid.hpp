@@ -1,6 +1,7 @@
 #pragma once
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/detail/mip_levels.hpp>
 
 namespace tapestry::raster {
@@ -37,16 +38,17 @@ struct MipStep {
     visit_row(*this, i, visit);
   }
 
-  /// Calls visit(coarse texel, fine texel) for the fine texels whose corner lies in a coarse row: each once.
+  /// Calls visit(coarse texel, fine texel) for the unused fine texels whose corner lies in a coarse row: each
+  /// once.
   template <class Visit>
-  void visit_children(std::size_t i, Visit visit) const {
+  void visit_unused(std::size_t i, const std::vector<std::uint8_t>& is_used, Visit visit) const {
     const auto first_row = [&](std::size_t row) {
       return (row * fine.height + coarse.height - 1) / coarse.height;
     };
     for (std::size_t y = first_row(i); y < first_row(i + 1); ++y)
       for (std::size_t x = 0; x < fine.width; ++x)
-        visit(coarse.first_texel + i * coarse.width + x * coarse.width / fine.width,
-              fine.first_texel + y * fine.width + x);
+        if (const std::size_t texel = fine.first_texel + y * fine.width + x; is_used[texel] == 0)
+          visit(coarse.first_texel + i * coarse.width + x * coarse.width / fine.width, texel);
   }
 
   /// Calls visit(row) for all coarse rows, on all threads if `is_parallel`.
@@ -112,17 +114,31 @@ class MipPyramid {
   [[nodiscard]] std::size_t texel_count() const { return texel_count_; }
 
   /// \param texels  [height · width, 3]
+  /// \param space   the pyramid's colours; linear: it is that of linearised(texels)
   /// \returns       [texel_count, 3], for operators of a filtered layout
   /// \throws ShapeError if texels does not fit the layout
   template <std::floating_point T>
-  [[nodiscard]] Array<T, 2> operator()(const Array<T, 2>& texels) const {
+  [[nodiscard]] Array<T, 2> operator()(const Array<T, 2>& texels,
+                                       image::ColourSpace space = image::ColourSpace::encoded) const {
     require_shape("MipPyramid", "texels", texels, {layout_.height * layout_.width, 3});
     Array<T, 2> pyramid(Extents<2>{texel_count_, 3});
     T* const colours = pyramid.data();
-    std::copy_n(texels.data(), texels.size(), colours);
+    const auto fill = [&](std::size_t first_row, std::size_t rows) {
+      const std::size_t first = 3 * layout_.width * first_row, count = 3 * layout_.width * rows;
+      if (space == image::ColourSpace::encoded) {
+        std::copy_n(texels.data() + first, count, colours + first);
+      } else {
+        const image::detail::Linearise<T> body{texels.data() + first, colours + first};
+        tapestry::detail::for_block<16>(count, body);
+      }
+    };
     std::fill(colours + texels.size(), colours + pyramid.size(), T(0));
+    const std::size_t height = fine_rows();
+    if (height == 0) parallel_for(layout_.height, [&](std::size_t row) { fill(row, 1); });
     for (const detail::MipStep& step : steps_)
       step.for_each_row(true, [&](std::size_t i) {
+        if (step.fine.first_texel == 0 && height > 0)
+          fill(i * height, height);  // while they are in the cache
         step.visit_row(i, [&](std::size_t coarse, std::size_t fine, double part) {
           if (part > 0) add(static_cast<T>(part), colours + 3 * fine, colours + 3 * coarse);
         });
@@ -130,8 +146,8 @@ class MipPyramid {
     if (is_used_.empty()) return pyramid;
     for (auto step = steps_.rbegin(); step != steps_.rend(); ++step)
       step->for_each_row(true, [&](std::size_t i) {
-        step->visit_children(i, [&](std::size_t coarse, std::size_t fine) {
-          if (is_used_[fine] == 0) std::copy_n(colours + 3 * coarse, 3, colours + 3 * fine);
+        step->visit_unused(i, is_used_, [&](std::size_t coarse, std::size_t fine) {
+          std::copy_n(colours + 3 * coarse, 3, colours + 3 * fine);
         });
       });
     return pyramid;
@@ -139,46 +155,77 @@ class MipPyramid {
 
   /// Adds the pullback to texels_adjoint, [height · width, 3]; the same bits for any number of threads.
   /// \param pyramid_adjoint  [texel_count, 3]
+  /// \param texels, pyramid  if the pyramid is linear: what operator() took and gave
   /// \throws ShapeError if an array does not fit the layout
   template <std::floating_point T>
-  void adjoint(const Array<T, 2>& pyramid_adjoint, Array<T, 2>& texels_adjoint) const {
+  void adjoint(const Array<T, 2>& pyramid_adjoint, Array<T, 2>& texels_adjoint,
+               const Array<T, 2>* texels = nullptr, const Array<T, 2>* pyramid = nullptr) const {
     require_shape("MipPyramid::adjoint", "pyramid_adjoint", pyramid_adjoint, {texel_count_, 3});
     require_shape("MipPyramid::adjoint", "texels_adjoint", texels_adjoint,
                   {layout_.height * layout_.width, 3});
-    const std::size_t finest = texels_adjoint.size();
-    // Levels flow into one another, all but the finest, which ends in texels_adjoint.
-    Array<T, 1> coarser(Extents<1>{pyramid_adjoint.size() - finest});
-    std::copy(pyramid_adjoint.data() + finest, pyramid_adjoint.data() + pyramid_adjoint.size(),
-              coarser.data());
-    const auto of_coarse = [&](std::size_t texel) { return coarser.data() + (3 * texel - finest); };
-    for (std::size_t level = 0; level < steps_.size() && !is_used_.empty(); ++level)
-      steps_[level].for_each_row(true, [&](std::size_t i) {
-        steps_[level].visit_children(i, [&](std::size_t coarse, std::size_t fine) {
-          if (is_used_[fine] != 0) return;
-          if (level == 0) return add(T(1), pyramid_adjoint.data() + 3 * fine, of_coarse(coarse));
-          add(T(1), of_coarse(fine), of_coarse(coarse));
-          std::fill_n(of_coarse(fine), 3, T(0));
-        });
-      });
-    const bool all_count = is_used_.empty() || steps_.empty();  // a picture of one texel has no coarser one
-    parallel_for_blocks(finest / 3, 4096, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i)
-        if (all_count || is_used_[i] != 0)
-          add(T(1), pyramid_adjoint.data() + 3 * i, texels_adjoint.data() + 3 * i);
+    const Array<T, 1> coarser = coarser_adjoints(pyramid_adjoint);
+    const std::size_t height = fine_rows(), rows = steps_.empty() ? 1 : steps_[0].coarse.height;
+    const std::size_t together = height > 0 ? std::max<std::size_t>(1, 512 / layout_.width) : rows;
+    parallel_for_blocks(rows, together, [&](std::size_t begin, std::size_t end) {
+      const std::size_t row = 3 * layout_.width, first = begin * height * row;
+      Array<T, 1> own(Extents<1>{height > 0 ? (end - begin) * height * row : texels_adjoint.size()});
+      std::copy_n(pyramid_adjoint.data() + first, own.size(), own.data());
+      for (std::size_t i = 0; i < own.size() / 3 && !is_used_.empty() && !steps_.empty(); ++i)
+        if (is_used_[first / 3 + i] == 0) std::fill_n(own.data() + 3 * i, 3, T(0));
+      for (std::size_t i = begin; i < end && !steps_.empty(); ++i)
+        add_to_finer(steps_[0], i, coarser.data() - texels_adjoint.size(), own.data() - first);
+      T* const to = texels_adjoint.data() + first;
+      if (texels == nullptr) {
+        for (std::size_t i = 0; i < own.size(); ++i) to[i] += own(i);
+      } else {
+        const image::detail::LinearisedPullback<T> body{texels->data() + first, pyramid->data() + first,
+                                                        own.data(), to};
+        tapestry::detail::for_block<16>(own.size(), body);
+      }
     });
-    for (std::size_t level = steps_.size(); level-- > 0;)
-      steps_[level].for_each_row(steps_[level].rows_are_apart(), [&](std::size_t i) {
-        steps_[level].visit_row(i, [&](std::size_t coarse, std::size_t fine, double part) {
-          T* const to = level == 0 ? texels_adjoint.data() + 3 * fine : of_coarse(fine);
-          add(static_cast<T>(part), of_coarse(coarse), to);
-        });
-      });
   }
 
  private:
   template <std::floating_point T>
   static void add(T weight, const T* from, T* to) {
     for (std::size_t c = 0; c < 3; ++c) to[c] += weight * from[c];
+  }
+
+  /// Adds the adjoints of a coarse row to those of its parts.
+  template <std::floating_point T>
+  static void add_to_finer(const detail::MipStep& step, std::size_t row, const T* coarser, T* finer) {
+    step.visit_row(row, [&](std::size_t coarse, std::size_t fine, double part) {
+      add(static_cast<T>(part), coarser + 3 * coarse, finer + 3 * fine);
+    });
+  }
+
+  /// Adjoints of all levels but the finest, which flow into one another, the finer ones last.
+  template <std::floating_point T>
+  [[nodiscard]] Array<T, 1> coarser_adjoints(const Array<T, 2>& pyramid_adjoint) const {
+    const std::size_t finest = 3 * layout_.height * layout_.width;
+    Array<T, 1> coarser(Extents<1>{pyramid_adjoint.size() - finest});
+    std::copy(pyramid_adjoint.data() + finest, pyramid_adjoint.data() + pyramid_adjoint.size(),
+              coarser.data());
+    const auto of_coarse = [&](std::size_t texel) { return coarser.data() + (3 * texel - finest); };
+    for (std::size_t level = 0; level < steps_.size() && !is_used_.empty(); ++level)
+      steps_[level].for_each_row(true, [&](std::size_t i) {
+        steps_[level].visit_unused(i, is_used_, [&](std::size_t coarse, std::size_t fine) {
+          if (level == 0) return add(T(1), pyramid_adjoint.data() + 3 * fine, of_coarse(coarse));
+          add(T(1), of_coarse(fine), of_coarse(coarse));
+          std::fill_n(of_coarse(fine), 3, T(0));
+        });
+      });
+    for (std::size_t level = steps_.size(); level-- > 1;)
+      steps_[level].for_each_row(steps_[level].rows_are_apart(), [&](std::size_t i) {
+        add_to_finer(steps_[level], i, coarser.data() - finest, coarser.data() - finest);
+      });
+    return coarser;
+  }
+
+  /// Rows of the atlas that each row of the next coarser level covers; 0 if some row lies in two of them.
+  [[nodiscard]] std::size_t fine_rows() const {
+    if (steps_.empty() || !steps_[0].rows_are_apart()) return 0;
+    return layout_.height / steps_[0].coarse.height;
   }
 
   TextureLayout layout_;
@@ -196,12 +243,14 @@ template <std::floating_point T>
 [[nodiscard]] Array<T, 2> with_unused_filled(const TextureLayout& layout, const Array<T, 2>& used,
                                              const Array<T, 2>& texels);
 
-/// The texels that operators of views take: all levels of a pyramid, or, without one, the texture's own.
+/// The texels that operators of views take, in a colour space: all levels of a pyramid, or, without one, the
+/// texture's own.
+/// \param texels  [texel, 3], encoded
 /// \throws ShapeError as the pyramid does
 template <std::floating_point T>
-[[nodiscard]] Array<T, 2> stored_texels(const std::shared_ptr<const MipPyramid>& pyramid,
-                                        Array<T, 2> texels) {
-  return pyramid ? (*pyramid)(texels) : texels;
+[[nodiscard]] Array<T, 2> stored_texels(const std::shared_ptr<const MipPyramid>& pyramid, Array<T, 2> texels,
+                                        image::ColourSpace space = image::ColourSpace::encoded) {
+  return pyramid ? (*pyramid)(texels, space) : image::in_space(space, std::move(texels));
 }
 
 /// stored_texels() on the active tape, which keeps the pyramid alive; its pullback is MipPyramid::adjoint().
@@ -209,6 +258,7 @@ template <std::floating_point T>
 /// \throws ShapeError as the pyramid does
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> stored_texels(const std::shared_ptr<const MipPyramid>& pyramid,
-                                                const ArrayVariable<T, 2>& texels);
+                                                const ArrayVariable<T, 2>& texels,
+                                                image::ColourSpace space = image::ColourSpace::encoded);
 
 }  // namespace tapestry::raster

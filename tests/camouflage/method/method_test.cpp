@@ -39,7 +39,7 @@ TEST_CASE("a solid is one colour, and begins as the first texel", "[camouflage][
   REQUIRE(parameter.shape() == Extents<2>{1, 3});
   const auto colours = camouflage::method_colours(method, parameter);
   for (std::size_t i = 0; i < colours.size(); ++i)
-    REQUIRE(colours.data()[i] == 0.5 * (std::tanh(start.data()[i % 3]) + 1));
+    REQUIRE(colours.data()[i] == Approx(0.5 * (std::tanh(start.data()[i % 3]) + 1)).epsilon(1e-15));
 }
 
 TEST_CASE("random is noise that no parameter moves, and the seed's", "[camouflage][method]") {

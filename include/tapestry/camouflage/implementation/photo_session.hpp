@@ -111,7 +111,7 @@ ArrayVariable<T, 2> drawn_texels(ViewSpan<T> views, const ArrayVariable<T, 2>& c
     if (view->space != views[0]->space) throw DomainError("objective: views in different colour spaces");
     if (view->pyramid != views[0]->pyramid) throw DomainError("objective: views of different pyramids");
   }
-  return raster::stored_texels(views[0]->pyramid, image::in_space(views[0]->space, colours));
+  return raster::stored_texels(views[0]->pyramid, colours, views[0]->space);
 }
 
 template <std::floating_point T>

@@ -37,7 +37,8 @@ void Training<T>::restore(TrainingState<T> state) {
 template <std::floating_point T>
 std::size_t Training<T>::step() {
   const auto views = next_batch();
-  const Array<T, 2> gradient = gradient_of(views);
+  const ArrayVariable<T, 2> parameter = differentiated(views);
+  const Array<T, 2>& gradient = parameter.adjoint();
   require_finite_terms(views);
   require_finite_gradient(gradient, views);
   const ScopedTimer timer(objective_.times().update);
@@ -113,7 +114,7 @@ auto Training<T>::slopes_of(const DrawnPaint<T>& paint, const std::vector<ViewPo
 }
 
 template <std::floating_point T>
-Array<T, 2> Training<T>::gradient_of(const std::vector<ViewPointer>& views) {
+ArrayVariable<T, 2> Training<T>::differentiated(const std::vector<ViewPointer>& views) {
   std::optional<ScopedWorkTimer> work(objective_.times().paint);
   const auto session = next_session(views);
   const auto shot_of = [&](std::size_t i) {
@@ -122,7 +123,8 @@ Array<T, 2> Training<T>::gradient_of(const std::vector<ViewPointer>& views) {
   const auto tape = tapes_.take();
   tape->clear();
   const auto scope = tape->activate();
-  const ArrayVariable<T, 2> parameter = tape->input(state_.parameter);
+  const std::shared_ptr<const Array<T, 2>> not_owned(std::shared_ptr<void>(), &state_.parameter);
+  const ArrayVariable<T, 2> parameter = tape->input(ArrayVariable<T, 2>(not_owned));
   const auto [paint, of_paint] = objective_.paint_of(parameter, views, session ? &*session : nullptr);
   const DrawnPaint<T> still{ArrayVariable<T, 2>(paint.texels.shared_value()),
                             ArrayVariable<T, 2>(paint.positions.shared_value())};
@@ -151,7 +153,7 @@ Array<T, 2> Training<T>::gradient_of(const std::vector<ViewPointer>& views) {
   Variable<T> loss = of_paint.loss + continued(paint.texels, divisors, add_texels);
   if (moves) loss += continued(paint.positions, divisors, add_positions);
   tape->reverse(loss);
-  return parameter.adjoint();
+  return parameter;
 }
 
 template <std::floating_point T>
@@ -198,10 +200,13 @@ void Training<T>::require_finite_terms(const std::vector<ViewPointer>& views) co
 template <std::floating_point T>
 void Training<T>::require_finite_gradient(const Array<T, 2>& gradient,
                                           const std::vector<ViewPointer>& views) const {
-  for (std::size_t i = 0; i < gradient.size(); ++i)
-    if (!std::isfinite(gradient.data()[i]))
-      throw NumericError({"step ", state_.step + 1, ": the gradient of ", row_name(i / 3),
-                          " is not finite in the minibatch of ", names_of(views)});
+  constexpr std::size_t block = std::size_t(1) << 16U;
+  parallel_for_blocks(gradient.size(), block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      if (!std::isfinite(gradient.data()[i]))
+        throw NumericError({"step ", state_.step + 1, ": the gradient of ", row_name(i / 3),
+                            " is not finite in the minibatch of ", names_of(views)});
+  });
 }
 
 template <std::floating_point T>

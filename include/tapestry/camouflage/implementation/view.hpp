@@ -167,7 +167,7 @@ Array<T, 3> picture_of(const View<T>& view, const Array<T, 2>& colours) {
 
 template <std::floating_point T>
 Array<T, 2> texels_of(const View<T>& view, const Array<T, 2>& colours) {
-  return raster::stored_texels(view.pyramid, image::in_space(view.space, colours));
+  return raster::stored_texels(view.pyramid, colours, view.space);
 }
 
 template <std::floating_point T>

@@ -33,7 +33,7 @@ template ArrayVariable<TAPESTRY_SCALAR, 3> look_up<TAPESTRY_SCALAR>(const ArrayV
                                                                     const ArrayVariable<TAPESTRY_SCALAR, 3>&);
 template decltype(with_unused_filled<TAPESTRY_SCALAR>) with_unused_filled<TAPESTRY_SCALAR>;
 template ArrayVariable<TAPESTRY_SCALAR, 2> stored_texels<TAPESTRY_SCALAR>(
-    const std::shared_ptr<const MipPyramid>&, const ArrayVariable<TAPESTRY_SCALAR, 2>&);
+    const std::shared_ptr<const MipPyramid>&, const ArrayVariable<TAPESTRY_SCALAR, 2>&, image::ColourSpace);
 template decltype(used_texels<TAPESTRY_SCALAR>) used_texels<TAPESTRY_SCALAR>;
 template decltype(used_texels_or_all<TAPESTRY_SCALAR>) used_texels_or_all<TAPESTRY_SCALAR>;
 template decltype(bake_atlas<TAPESTRY_SCALAR>) bake_atlas<TAPESTRY_SCALAR>;

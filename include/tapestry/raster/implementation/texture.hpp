@@ -1,5 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/record.hpp>
+#include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/detail/surface.hpp>
 #include <tapestry/raster/texture_layout.hpp>
@@ -28,12 +29,16 @@ Array<T, 2> with_unused_filled(const TextureLayout& layout, const Array<T, 2>& u
 
 template <std::floating_point T>
 ArrayVariable<T, 2> stored_texels(const std::shared_ptr<const MipPyramid>& pyramid,
-                                  const ArrayVariable<T, 2>& texels) {
-  if (!pyramid) return texels;
-  const auto pullback = [pyramid](const Array<T, 2>& pyramid_adjoint, Array<T, 2>* texels_adjoint) {
-    pyramid->adjoint(pyramid_adjoint, *texels_adjoint);
+                                  const ArrayVariable<T, 2>& texels, image::ColourSpace space) {
+  if (!pyramid) return image::in_space(space, texels);
+  const auto value = std::make_shared<const Array<T, 2>>((*pyramid)(texels.value(), space));
+  const bool is_linear = space == image::ColourSpace::linear;
+  const auto pullback = [pyramid, kept = is_linear ? texels.shared_value() : nullptr,
+                         light = is_linear ? value : nullptr](const Array<T, 2>& pyramid_adjoint,
+                                                              Array<T, 2>* texels_adjoint) {
+    pyramid->adjoint(pyramid_adjoint, *texels_adjoint, kept.get(), light.get());
   };
-  return record_array((*pyramid)(texels.value()), pullback, texels);
+  return record_array(value, pullback, texels);
 }
 
 template <std::floating_point T>

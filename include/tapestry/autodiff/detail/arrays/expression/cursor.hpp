@@ -1,6 +1,6 @@
 #pragma once
-#include <tapestry/autodiff/arrays/expression/block_loop.hpp>
 #include <tapestry/autodiff/detail/arrays/expression/node.hpp>
+#include <tapestry/core/block_loop.hpp>
 
 namespace tapestry::detail {
 

@@ -1,5 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/arrays/expression/block_loop.hpp>
+#include <tapestry/core/block_loop.hpp>
 #include <tapestry/nn/detail/layout.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/resize_attributes.hpp>

@@ -12,7 +12,8 @@
 
 namespace tapestry::nn::unary {
 
-using tapestry::detail::vector_exp;
+using tapestry::detail::magnitude, tapestry::detail::vector_exp, tapestry::detail::vector_sigmoid,
+    tapestry::detail::vector_sigmoid_slope;
 
 /// Input of a function's derivative, beside its parameters.
 enum class Reads { nothing, input, output, no_derivative };
@@ -37,26 +38,6 @@ struct OfTape : Function<From> {
   static T slope(T from, T, T) { return Row::partial(from, from); }  // partial() reads one of the two
 };
 
-/// |x|.
-template <std::floating_point T>
-[[nodiscard, gnu::always_inline]] inline T magnitude(T x) {
-  return x < 0 ? -x : x;
-}
-
-/// σ(x) = 1/(1 + e^−x), without overflow at either end.
-template <std::floating_point T>
-[[nodiscard, gnu::always_inline]] inline T sigmoid(T x) {
-  const T e = vector_exp(-magnitude(x));
-  return (x < 0 ? e : T(1)) / (1 + e);
-}
-
-/// σ(x) · σ(−x). Computed from σ(x) alone, it would lose all digits where σ(x) is close to 1.
-template <std::floating_point T>
-[[nodiscard, gnu::always_inline]] inline T sigmoid_slope(T x) {
-  const T e = vector_exp(-magnitude(x));
-  return e / ((1 + e) * (1 + e));
-}
-
 /// terms[Term] + terms[Term + 1] · r + … + terms[Last] · r^(Last − Term). Unrolled, so that loops around it
 /// become loops of vectors.
 template <std::size_t Term, std::size_t Last, class T, std::size_t Count>
@@ -71,15 +52,17 @@ template <std::size_t Term, std::size_t Last, class T, std::size_t Count>
 /// σ(x) = 1 / (1 + e^−x).
 template <std::floating_point T>
 struct Sigmoid : VectorFunction<Reads::input> {
-  [[gnu::always_inline]] static T value(T x, T, T) { return sigmoid(x); }
-  [[gnu::always_inline]] static T slope(T x, T, T) { return sigmoid_slope(x); }
+  [[gnu::always_inline]] static T value(T x, T, T) { return vector_sigmoid(x); }
+  [[gnu::always_inline]] static T slope(T x, T, T) { return vector_sigmoid_slope(x); }
 };
 
 /// x · σ(a · x); a is 1 for the function that is also called SiLU.
 template <std::floating_point T>
 struct Swish : VectorFunction<Reads::input> {
-  [[gnu::always_inline]] static T value(T x, T a, T) { return x * sigmoid(a * x); }
-  [[gnu::always_inline]] static T slope(T x, T a, T) { return sigmoid(a * x) + a * x * sigmoid_slope(a * x); }
+  [[gnu::always_inline]] static T value(T x, T a, T) { return x * vector_sigmoid(a * x); }
+  [[gnu::always_inline]] static T slope(T x, T a, T) {
+    return vector_sigmoid(a * x) + a * x * vector_sigmoid_slope(a * x);
+  }
 };
 
 /// x · tanh(log(1 + e^x)) = x · n/(n + 2) with n = e^x · (e^x + 2); beyond 20 it is x to double precision.
@@ -126,7 +109,7 @@ struct Tanh : VectorFunction<Reads::input> {
     const T signed_far = x < 0 ? -far : far;
     return size < T(0.25) ? near : signed_far;
   }
-  [[gnu::always_inline]] static T slope(T x, T, T) { return 4 * sigmoid_slope(2 * x); }
+  [[gnu::always_inline]] static T slope(T x, T, T) { return 4 * vector_sigmoid_slope(2 * x); }
 };
 
 /// log(1 + e^x) = max(x, 0) + log(1 + e^−|x|), where log(1 + e) = 2 artanh s with s = e/(2 + e), by its
@@ -142,7 +125,7 @@ struct Softplus : VectorFunction<Reads::input> {
     const T logarithm = 2 * (s + s * square * polynomial<0, last>(terms, square));
     return (x < 0 ? T(0) : x) + logarithm;
   }
-  [[gnu::always_inline]] static T slope(T x, T, T) { return sigmoid(x); }
+  [[gnu::always_inline]] static T slope(T x, T, T) { return vector_sigmoid(x); }
 };
 
 /// x · Φ(x) with Φ the normal distribution.
@@ -162,11 +145,11 @@ struct GeluTanh : Function<Reads::input> {
   static T twice_u(T x) {
     return static_cast<T>(1.5957691216057308) * x * (1 + static_cast<T>(0.044715) * x * x);
   }
-  static T value(T x, T, T) { return x * sigmoid(twice_u(x)); }
+  static T value(T x, T, T) { return x * vector_sigmoid(twice_u(x)); }
   static T slope(T x, T, T) {
     if (magnitude(x) > 10) return x > 0 ? T(1) : T(0);
     const T inner = static_cast<T>(1.5957691216057308) * (1 + static_cast<T>(0.134145) * x * x);
-    return sigmoid(twice_u(x)) + x * inner * sigmoid_slope(twice_u(x));
+    return vector_sigmoid(twice_u(x)) + x * inner * vector_sigmoid_slope(twice_u(x));
   }
 };
 
