@@ -71,15 +71,9 @@ class PaintPattern {
 
   [[nodiscard]] Colour operator()(const Point& point) const {
     const double along = geometry::dot(axis_, point);
-    switch (kind_) {
-      case PaintKind::two_tone:
-        return colours_[along > offset_ ? 1 : 0];
-      case PaintKind::stripes:
-        return colours_[static_cast<std::size_t>(std::floor(along / scale_ + offset_ + 1000)) %
-                        colours_.size()];
-      default:
-        return colours_[nearest_centre(point) % colours_.size()];
-    }
+    if (kind_ == PaintKind::two_tone) return colours_[along > offset_ ? 1 : 0];
+    if (kind_ != PaintKind::stripes) return colours_[nearest_centre(point) % colours_.size()];
+    return colours_[static_cast<std::size_t>(std::floor(along / scale_ + offset_ + 1000)) % colours_.size()];
   }
 
  private:

@@ -41,35 +41,6 @@ struct NpyArray {
 };
 
 namespace detail {
-/// Calls visit with a value of the C++ type for `type`.
-template <class Visit>
-auto visit_type(DType type, Visit visit) {
-  switch (type) {
-    case DType::b1:
-      return visit(bool{});
-    case DType::u1:
-      return visit(std::uint8_t{});
-    case DType::u2:
-      return visit(std::uint16_t{});
-    case DType::u4:
-      return visit(std::uint32_t{});
-    case DType::u8:
-      return visit(std::uint64_t{});
-    case DType::i1:
-      return visit(std::int8_t{});
-    case DType::i2:
-      return visit(std::int16_t{});
-    case DType::i4:
-      return visit(std::int32_t{});
-    case DType::i8:
-      return visit(std::int64_t{});
-    case DType::f4:
-      return visit(float{});
-    default:
-      return visit(double{});
-  }
-}
-
 template <class Element>
 constexpr DType type_of() {
   if constexpr (std::same_as<Element, bool>) return DType::b1;
@@ -78,6 +49,16 @@ constexpr DType type_of() {
   constexpr std::array signed_types{DType::i1, DType::i2, DType::i4, DType::i8};
   constexpr auto width = static_cast<std::size_t>(std::countr_zero(sizeof(Element)));
   return std::is_signed_v<Element> ? signed_types[width] : unsigned_types[width];
+}
+
+/// Calls visit with a value of the C++ type for `type`.
+template <class Visit>
+void visit_type(DType type, Visit visit) {
+  const auto visit_if = [&]<class... Elements>(Elements... zeros) {
+    ((type == type_of<Elements>() ? visit(zeros) : void()), ...);
+  };
+  visit_if(bool{}, std::uint8_t{}, std::uint16_t{}, std::uint32_t{}, std::uint64_t{}, std::int8_t{},
+           std::int16_t{}, std::int32_t{}, std::int64_t{}, float{}, double{});
 }
 
 template <class From>

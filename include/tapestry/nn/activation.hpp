@@ -46,29 +46,9 @@ inline constexpr std::string_view activation_names =
 
 /// Darknet's name of an activation.
 [[nodiscard]] constexpr std::string_view name_of(Activation activation) {
-  switch (activation) {
-    case Activation::linear:
-      return "linear";
-    case Activation::leaky:
-      return "leaky";
-    case Activation::relu:
-      return "relu";
-    case Activation::logistic:
-      return "logistic";
-    case Activation::swish:
-      return "swish";
-    case Activation::mish:
-      return "mish";
-    case Activation::hard_mish:
-      return "hard_mish";
-    case Activation::relu6:
-      return "relu6";
-    case Activation::elu:
-      return "elu";
-    case Activation::tanh:
-      return "tanh";
-  }
-  return "";
+  constexpr std::array<std::string_view, activations.size()> names{
+      "linear", "leaky", "relu", "logistic", "swish", "mish", "hard_mish", "relu6", "elu", "tanh"};
+  return names[static_cast<std::size_t>(activation)];
 }
 
 /// σ(x), finite for every finite x and without cancellation at either end.

@@ -50,14 +50,7 @@ class AttributeReader {
     message_.set_place(message_.place() + ", attribute " + in_quotes(name_));
     const AttributeKind& kind = find_kind();
     NamedAttribute attribute{std::string(name_), empty_value(kind)};
-    ProtobufMessage message = message_;
-    while (message.next()) {
-      if (message.tag() == kind.field) {
-        read_value(message, attribute.value);
-      } else {
-        message.skip();
-      }
-    }
+    each_field(message_, kind.field, [&](ProtobufMessage& at) { read_value(at, attribute.value); });
     return attribute;
   }
 
@@ -105,28 +98,17 @@ class AttributeReader {
 
   /// The value of a missing field: 0 for numbers, empty for texts and lists.
   [[nodiscard]] nn::Attribute empty_value(const AttributeKind& kind) const {
-    switch (kind.field) {
-      case 2:
-        return 0.0;
-      case 3:
-        return std::int64_t(0);
-      case 4:
-        return std::string();
-      case 5:
-        if (field_ == nullptr) message_.fail_whole("tensor is missing");
-        return nn::Constant();
-      case 7:
-        return std::vector<double>();
-      case 8:
-        return std::vector<std::int64_t>();
-      case 9:
-        return std::vector<std::string>();
-      case 6:
-        if (field_ == nullptr) message_.fail_whole("graph is missing");
-        return std::shared_ptr<const nn::Subgraph>();
-      default:
-        message_.fail_whole("attributes of this type are not supported", "", std::string(kind.name));
-    }
+    if (kind.field == 5 && field_ == nullptr) message_.fail_whole("tensor is missing");
+    if (kind.field == 6 && field_ == nullptr) message_.fail_whole("graph is missing");
+    if (kind.field == 2) return 0.0;
+    if (kind.field == 3) return std::int64_t(0);
+    if (kind.field == 4) return std::string();
+    if (kind.field == 5) return nn::Constant();
+    if (kind.field == 6) return std::shared_ptr<const nn::Subgraph>();
+    if (kind.field == 7) return std::vector<double>();
+    if (kind.field == 8) return std::vector<std::int64_t>();
+    if (kind.field == 9) return std::vector<std::string>();
+    message_.fail_whole("attributes of this type are not supported", "", std::string(kind.name));
   }
 
   void read_value(ProtobufMessage& message, nn::Attribute& value) {

@@ -26,9 +26,8 @@ class NodeReader {
     read_names();
     if (operation_.empty()) message_.fail_whole("node without an operator");
     set_operation();
-    bool makes_something = false;
-    for (const std::string& output : node_.outputs) makes_something = makes_something || !output.empty();
-    if (!makes_something) message_.fail_whole("node without an output");
+    const auto is_left_out = [](const std::string& output) { return output.empty(); };
+    if (std::ranges::all_of(node_.outputs, is_left_out)) message_.fail_whole("node without an output");
     read_attributes();
     for (const auto& [name, value] : node_.attributes)
       if (const auto* graph = std::get_if<std::shared_ptr<const nn::Subgraph>>(&value))
@@ -76,18 +75,13 @@ class NodeReader {
   }
 
   void read_attributes() {
-    ProtobufMessage message = message_;
-    while (message.next()) {
-      if (message.tag() != 5) {
-        message.skip();
-        continue;
-      }
+    each_field(message_, 5, [&](ProtobufMessage& message) {
       records_.count(message);
       NamedAttribute attribute =
           read_attribute(message.message("attribute", message_.place()), external_, records_);
       if (!node_.attributes.try_emplace(attribute.name, std::move(attribute.value)).second)
         message_.fail_whole("two attributes " + in_quotes(attribute.name));
-    }
+    });
   }
 
   ProtobufMessage message_;

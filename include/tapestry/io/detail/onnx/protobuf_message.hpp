@@ -188,6 +188,18 @@ struct OnnxLimits {
   std::size_t records = std::size_t(1) << 22U;  ///< nodes, their values' names, attributes, tensors
 };
 
+namespace detail {
+/// Visits a message at its fields of this number.
+template <class Visit>
+void each_field(ProtobufMessage message, std::uint32_t tag, Visit visit) {
+  while (message.next())
+    if (message.tag() == tag)
+      visit(message);
+    else
+      message.skip();
+}
+}  // namespace detail
+
 /// Counts records that take more memory than their bytes in the file, up to a limit.
 class OnnxRecords {
  public:

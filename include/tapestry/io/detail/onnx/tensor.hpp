@@ -136,7 +136,7 @@ class TensorReader {
 
   [[nodiscard]] ExternalReference read_reference() const {
     ExternalReference reference;
-    each_field(13, [&](ProtobufMessage& message) {
+    each_field(message_, 13, [&](ProtobufMessage& message) {
       ExternalData::read_entry(message.message("external_data", message_.place()), reference);
     });
     return reference;
@@ -145,7 +145,7 @@ class TensorReader {
   [[nodiscard]] ConstantValues read_typed() {
     if (fields_.typed_field == float_data) {
       std::vector<float> values;
-      each_field(fields_.typed_field, [&](ProtobufMessage& message) {
+      each_field(message_, fields_.typed_field, [&](ProtobufMessage& message) {
         message.each_float("float_data", [&](float value) { values.push_back(value); });
       });
       require_count(values.size(), fields_.count);
@@ -153,7 +153,7 @@ class TensorReader {
     }
     if (fields_.typed_field == double_data) {
       std::vector<double> values;
-      each_field(fields_.typed_field, [&](ProtobufMessage& message) {
+      each_field(message_, fields_.typed_field, [&](ProtobufMessage& message) {
         message.each_double("double_data", [&](double value) { values.push_back(value); });
       });
       require_count(values.size(), fields_.count);
@@ -167,7 +167,7 @@ class TensorReader {
     const std::size_t bits = facts_of(fields_.type).bits;
     const std::size_t item = bits < 8 ? 1 : bits / 8;
     std::vector<std::byte> bytes;
-    each_field(fields_.typed_field, [&](ProtobufMessage& message) {
+    each_field(message_, fields_.typed_field, [&](ProtobufMessage& message) {
       message.each_integer(field_name(message.tag()), [&](std::int64_t value) {
         const auto word = little_endian_bytes(static_cast<std::uint64_t>(checked(message, value)));
         bytes.insert(bytes.end(), word.begin(), word.begin() + static_cast<std::ptrdiff_t>(item));
@@ -182,24 +182,12 @@ class TensorReader {
   [[nodiscard]] std::int64_t checked(const ProtobufMessage& message, std::int64_t value) const {
     if (facts_of(fields_.type).bits == 64) return value;
     if (fields_.typed_field == int32_data) value = static_cast<std::int32_t>(value);
-    const IntegerRange range = integer_range(fields_.type);
+    const IntegerRange range = facts_of(fields_.type).range;
     if (value < range.least || value > range.largest)
       message.fail("no element of " + fields_.kind(),
                    std::to_string(range.least) + " to " + std::to_string(range.largest),
                    std::to_string(value));
     return value;
-  }
-
-  template <class Visit>
-  void each_field(std::uint32_t tag, Visit visit) const {
-    ProtobufMessage message = message_;
-    while (message.next()) {
-      if (message.tag() == tag) {
-        visit(message);
-      } else {
-        message.skip();
-      }
-    }
   }
 
   void require_count(std::uint64_t found, std::uint64_t expected) const {

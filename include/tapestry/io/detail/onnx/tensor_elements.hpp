@@ -27,15 +27,74 @@ enum class OnnxType : std::int64_t {
   int4 = 22,
 };
 
+/// Elements as nn::Constant keeps them.
+using ConstantValues = std::variant<std::vector<float>, std::vector<double>>;
+
+/// The range of integers that may stand for an element in int32_data or uint64_data.
+struct IntegerRange {
+  std::int64_t least = 0;
+  std::int64_t largest = 65535;
+};
+
 /// Facts about the elements of one type in a file.
 struct OnnxTypeFacts {
   std::string_view name;
   std::size_t bits = 0;  ///< bits of an element in raw_data; 0 for an unsupported type
   nn::ElementType meaning = nn::ElementType::floating;
   std::uint32_t field = 0;  ///< field of TensorProto that may replace raw_data
+  /// Reads so many elements from raw_data.
+  ConstantValues (*values)(std::span<const std::byte> bytes, std::size_t count) = nullptr;
+  /// Of a type's integers. 16-bit floats, which are kept as integers of the same bits, and pairs of four-bit
+  /// elements have a range, too. INT64 and UINT64 fill their fields and have none.
+  IntegerRange range{};
 };
 
 namespace detail {
+
+/// A little-endian integer, rounded to the nearest double beyond 2^53.
+template <std::integral Integer>
+[[nodiscard]] double double_from_integer(const std::byte* bytes) {
+  return static_cast<double>(static_cast<Integer>(little_endian_word<std::make_unsigned_t<Integer>>(bytes)));
+}
+
+[[nodiscard]] inline double double_from_f64(const std::byte* bytes) {
+  return std::bit_cast<double>(little_endian_word<std::uint64_t>(bytes));
+}
+
+/// Any byte but 0 is true.
+[[nodiscard]] inline double double_from_truth(const std::byte* byte) {
+  return *byte == std::byte(0) ? 0.0 : 1.0;
+}
+
+template <auto value_from, std::size_t item>
+[[nodiscard]] ConstantValues converted(std::span<const std::byte> bytes, std::size_t count) {
+  std::vector<decltype(value_from(bytes.data()))> values(count);
+  for (std::size_t i = 0; i < count; ++i) values[i] = value_from(bytes.data() + item * i);
+  return values;
+}
+
+template <std::integral Integer>
+inline constexpr auto integers = converted<double_from_integer<Integer>, sizeof(Integer)>;
+
+[[nodiscard]] inline ConstantValues floats_of(std::span<const std::byte> bytes, std::size_t count) {
+  if constexpr (std::endian::native != std::endian::little) return converted<float_from_f32, 4>(bytes, count);
+  std::vector<float> values(count);
+  if (count > 0) std::memcpy(values.data(), bytes.data(), 4 * count);
+  return values;
+}
+
+/// Elements of four bits; the lower half of a byte comes first.
+template <bool is_signed>
+[[nodiscard]] ConstantValues four_bits(std::span<const std::byte> bytes, std::size_t count) {
+  std::vector<double> values(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto byte = std::to_integer<unsigned>(bytes[i / 2]);
+    const auto bits = static_cast<int>((i % 2 == 0 ? byte : byte >> 4U) & 0xFU);
+    values[i] = is_signed && bits > 7 ? bits - 16 : bits;
+  }
+  return values;
+}
+
 inline constexpr std::uint32_t float_data = 4;
 inline constexpr std::uint32_t int32_data = 5;
 inline constexpr std::uint32_t int64_data = 7;
@@ -53,28 +112,28 @@ inline constexpr std::uint32_t uint64_data = 11;
 inline constexpr auto whole_number = nn::ElementType::integer;
 inline constexpr std::array<OnnxTypeFacts, 27> onnx_types{{
     {"UNDEFINED"},
-    {"FLOAT", 32, nn::ElementType::floating, float_data},
-    {"UINT8", 8, whole_number, int32_data},
-    {"INT8", 8, whole_number, int32_data},
-    {"UINT16", 16, whole_number, int32_data},
-    {"INT16", 16, whole_number, int32_data},
-    {"INT32", 32, whole_number, int32_data},
-    {"INT64", 64, whole_number, int64_data},
+    {"FLOAT", 32, nn::ElementType::floating, float_data, floats_of},
+    {"UINT8", 8, whole_number, int32_data, integers<std::uint8_t>, {0, 255}},
+    {"INT8", 8, whole_number, int32_data, integers<std::int8_t>, {-128, 127}},
+    {"UINT16", 16, whole_number, int32_data, integers<std::uint16_t>},
+    {"INT16", 16, whole_number, int32_data, integers<std::int16_t>, {-32768, 32767}},
+    {"INT32", 32, whole_number, int32_data, integers<std::int32_t>, {-0x80000000LL, 0x7FFFFFFF}},
+    {"INT64", 64, whole_number, int64_data, integers<std::int64_t>},
     {"STRING"},
-    {"BOOL", 8, nn::ElementType::boolean, int32_data},
-    {"FLOAT16", 16, nn::ElementType::floating, int32_data},
-    {"DOUBLE", 64, nn::ElementType::floating, double_data},
-    {"UINT32", 32, whole_number, uint64_data},
-    {"UINT64", 64, whole_number, uint64_data},
+    {"BOOL", 8, nn::ElementType::boolean, int32_data, converted<double_from_truth, 1>, {0, 255}},
+    {"FLOAT16", 16, nn::ElementType::floating, int32_data, converted<float_from_f16, 2>},
+    {"DOUBLE", 64, nn::ElementType::floating, double_data, converted<double_from_f64, 8>},
+    {"UINT32", 32, whole_number, uint64_data, integers<std::uint32_t>, {0, 0xFFFFFFFF}},
+    {"UINT64", 64, whole_number, uint64_data, integers<std::uint64_t>},
     {"COMPLEX64"},
     {"COMPLEX128"},
-    {"BFLOAT16", 16, nn::ElementType::floating, int32_data},
+    {"BFLOAT16", 16, nn::ElementType::floating, int32_data, converted<float_from_bf16, 2>},
     {"FLOAT8E4M3FN"},
     {"FLOAT8E4M3FNUZ"},
     {"FLOAT8E5M2"},
     {"FLOAT8E5M2FNUZ"},
-    {"UINT4", 4, whole_number, int32_data},
-    {"INT4", 4, whole_number, int32_data},
+    {"UINT4", 4, whole_number, int32_data, four_bits<false>, {0, 255}},
+    {"INT4", 4, whole_number, int32_data, four_bits<true>, {0, 255}},
     {"FLOAT4E2M1"},
     {"FLOAT8E8M0"},
     {"UINT2"},
@@ -121,121 +180,14 @@ inline constexpr const char* supported_onnx_types = "FLOAT, FLOAT16, BFLOAT16, D
   return is_empty ? 0 : product;
 }
 
-/// Elements as nn::Constant keeps them.
-using ConstantValues = std::variant<std::vector<float>, std::vector<double>>;
-
-namespace detail {
-
-/// A little-endian integer, rounded to the nearest double beyond 2^53.
-template <std::integral Integer>
-[[nodiscard]] double double_from_integer(const std::byte* bytes) {
-  return static_cast<double>(static_cast<Integer>(little_endian_word<std::make_unsigned_t<Integer>>(bytes)));
-}
-
-[[nodiscard]] inline double double_from_f64(const std::byte* bytes) {
-  return std::bit_cast<double>(little_endian_word<std::uint64_t>(bytes));
-}
-
-/// Any byte but 0 is true.
-[[nodiscard]] inline double double_from_truth(const std::byte* byte) {
-  return *byte == std::byte(0) ? 0.0 : 1.0;
-}
-
-template <auto value_from>
-[[nodiscard]] auto converted(std::span<const std::byte> bytes, std::size_t item) {
-  std::vector<decltype(value_from(bytes.data()))> values(bytes.size() / item);
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = value_from(bytes.data() + item * i);
-  return values;
-}
-
-[[nodiscard]] inline std::vector<float> floats_of(std::span<const std::byte> bytes) {
-  if constexpr (std::endian::native != std::endian::little) return converted<float_from_f32>(bytes, 4);
-  std::vector<float> values(bytes.size() / 4);
-  if (!values.empty()) std::memcpy(values.data(), bytes.data(), 4 * values.size());
-  return values;
-}
-
-/// Element i of four-bit elements; the lower half of a byte comes first.
-[[nodiscard]] inline double four_bits_at(std::span<const std::byte> bytes, std::size_t i, bool is_signed) {
-  const auto byte = std::to_integer<unsigned>(bytes[i / 2]);
-  const auto bits = static_cast<int>((i % 2 == 0 ? byte : byte >> 4U) & 0xFU);
-  return is_signed && bits > 7 ? bits - 16 : bits;
-}
-
-}  // namespace detail
-
 /// The elements in raw_data: FLOAT, FLOAT16 and BFLOAT16 exactly as floats, all others as doubles. INT64 and
 /// UINT64 beyond 2^53 are rounded to the nearest double.
 ///
 /// \param bytes  raw_size(type, count) of them
 [[nodiscard]] inline ConstantValues values_from_raw(OnnxType type, std::span<const std::byte> bytes,
                                                     std::size_t count) {
-  switch (type) {
-    case OnnxType::float32:
-      return detail::floats_of(bytes);
-    case OnnxType::float16:
-      return detail::converted<float_from_f16>(bytes, 2);
-    case OnnxType::bfloat16:
-      return detail::converted<float_from_bf16>(bytes, 2);
-    case OnnxType::float64:
-      return detail::converted<detail::double_from_f64>(bytes, 8);
-    case OnnxType::uint8:
-      return detail::converted<detail::double_from_integer<std::uint8_t>>(bytes, 1);
-    case OnnxType::int8:
-      return detail::converted<detail::double_from_integer<std::int8_t>>(bytes, 1);
-    case OnnxType::uint16:
-      return detail::converted<detail::double_from_integer<std::uint16_t>>(bytes, 2);
-    case OnnxType::int16:
-      return detail::converted<detail::double_from_integer<std::int16_t>>(bytes, 2);
-    case OnnxType::uint32:
-      return detail::converted<detail::double_from_integer<std::uint32_t>>(bytes, 4);
-    case OnnxType::int32:
-      return detail::converted<detail::double_from_integer<std::int32_t>>(bytes, 4);
-    case OnnxType::uint64:
-      return detail::converted<detail::double_from_integer<std::uint64_t>>(bytes, 8);
-    case OnnxType::int64:
-      return detail::converted<detail::double_from_integer<std::int64_t>>(bytes, 8);
-    case OnnxType::boolean:
-      return detail::converted<detail::double_from_truth>(bytes, 1);
-    case OnnxType::uint4:
-    case OnnxType::int4: {
-      std::vector<double> values(count);
-      for (std::size_t i = 0; i < count; ++i)
-        values[i] = detail::four_bits_at(bytes, i, type == OnnxType::int4);
-      return values;
-    }
-    case OnnxType::undefined:
-      break;
-  }
-  return {};
-}
-
-/// The range of integers that may stand for an element in int32_data or uint64_data.
-struct IntegerRange {
-  std::int64_t least = 0;
-  std::int64_t largest = 0;
-};
-
-/// The range of a type's integers. 16-bit floats, which are kept as integers of the same bits, and pairs of
-/// four-bit elements have a range, too. INT64 and UINT64 fill their fields and have none.
-[[nodiscard]] constexpr IntegerRange integer_range(OnnxType type) {
-  switch (type) {
-    case OnnxType::int8:
-      return {-128, 127};
-    case OnnxType::int16:
-      return {-32768, 32767};
-    case OnnxType::int32:
-      return {std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()};
-    case OnnxType::uint32:
-      return {0, std::numeric_limits<std::uint32_t>::max()};
-    case OnnxType::boolean:
-    case OnnxType::uint8:
-    case OnnxType::uint4:
-    case OnnxType::int4:
-      return {0, 255};
-    default:
-      return {0, 65535};
-  }
+  const auto values = facts_of(type).values;
+  return values == nullptr ? ConstantValues() : values(bytes, count);
 }
 
 }  // namespace tapestry::io

@@ -10,24 +10,14 @@ namespace detail {
 
 /// Calls visit(ProtobufMessage) for each field with this tag, which holds a message.
 template <class Visit>
-void each_message(ProtobufMessage message, std::uint32_t tag, std::string_view field, Visit visit) {
-  while (message.next())
-    if (message.tag() == tag)
-      visit(message.message(field, message.place()));
-    else
-      message.skip();
+void each_message(const ProtobufMessage& message, std::uint32_t tag, std::string_view field, Visit visit) {
+  each_field(message, tag, [&](ProtobufMessage& at) { visit(at.message(field, at.place())); });
 }
 
 /// The name of a ValueInfoProto; empty if it has none.
-[[nodiscard]] inline std::string name_within(ProtobufMessage value) {
+[[nodiscard]] inline std::string name_within(const ProtobufMessage& value) {
   std::string name;
-  while (value.next()) {
-    if (value.tag() == 1) {
-      name = value.bytes("name");
-    } else {
-      value.skip();
-    }
-  }
+  each_field(value, 1, [&](ProtobufMessage& at) { name = at.bytes("name"); });
   return name;
 }
 
@@ -41,31 +31,22 @@ void each_message(ProtobufMessage message, std::uint32_t tag, std::string_view f
 
 /// A TensorShapeProto.Dimension. One that has a name or is open has no number, or −1 as Paddle writes.
 /// \param least  a smaller number is refused
-[[nodiscard]] inline std::optional<std::size_t> read_extent(ProtobufMessage message,
+[[nodiscard]] inline std::optional<std::size_t> read_extent(const ProtobufMessage& message,
                                                             std::int64_t least = -1) {
   std::optional<std::size_t> extent;
-  while (message.next()) {
-    if (message.tag() != 1) {
-      message.skip();
-      continue;
-    }
-    const std::int64_t value = message.integer("dim_value");
-    if (value < least) message.fail("negative extent", "0 or more, or -1", std::to_string(value));
+  each_field(message, 1, [&](ProtobufMessage& at) {
+    const std::int64_t value = at.integer("dim_value");
+    if (value < least) at.fail("negative extent", "0 or more, or -1", std::to_string(value));
     if (value >= 0) extent = static_cast<std::size_t>(value);
-  }
+  });
   return extent;
 }
 
-inline void read_shape(ProtobufMessage message, nn::InputDescription& input) {
-  while (message.next()) {
-    if (message.tag() != 1) {
-      message.skip();
-      continue;
-    }
-    if (input.shape.size() == 32)
-      message.fail("input has too many axes", "at most 32", "more", ErrorKind::limit);
-    input.shape.push_back(read_extent(message.message("dim", message.place())));
-  }
+inline void read_shape(const ProtobufMessage& message, nn::InputDescription& input) {
+  each_field(message, 1, [&](ProtobufMessage& at) {
+    if (input.shape.size() == 32) at.fail("input has too many axes", "at most 32", "more", ErrorKind::limit);
+    input.shape.push_back(read_extent(at.message("dim", at.place())));
+  });
 }
 
 /// A TypeProto.Tensor.
@@ -121,15 +102,10 @@ inline void read_type(ProtobufMessage message, nn::InputDescription& input) {
   nn::InputDescription input;
   input.name = detail::read_value_name(value);
   bool has_type = false;
-  ProtobufMessage message = value;
-  while (message.next()) {
-    if (message.tag() != 2) {
-      message.skip();
-      continue;
-    }
-    if (std::exchange(has_type, true)) message.fail("two types");
-    detail::read_type(message.message("type", message.place()), input);
-  }
+  detail::each_field(value, 2, [&](ProtobufMessage& at) {
+    if (std::exchange(has_type, true)) at.fail("two types");
+    detail::read_type(at.message("type", at.place()), input);
+  });
   if (!has_type) value.fail_whole("has no type", "a tensor");
   nn::Shape known;
   for (const std::optional<std::size_t>& extent : input.shape) known.push_back(extent.value_or(1));
@@ -148,15 +124,11 @@ inline void read_type(ProtobufMessage message, nn::InputDescription& input) {
 [[nodiscard]] inline std::optional<nn::ElementType> stated_type(const ProtobufMessage& value) {
   std::optional<nn::ElementType> stated;
   detail::each_message(value, 2, "type", [&](const ProtobufMessage& type) {
-    detail::each_message(type, 1, "tensor_type", [&](ProtobufMessage tensor) {
-      while (tensor.next()) {
-        if (tensor.tag() != 1) {
-          tensor.skip();
-          continue;
-        }
-        const auto number = static_cast<OnnxType>(tensor.integer("elem_type"));
+    detail::each_message(type, 1, "tensor_type", [&](const ProtobufMessage& tensor) {
+      detail::each_field(tensor, 1, [&](ProtobufMessage& at) {
+        const auto number = static_cast<OnnxType>(at.integer("elem_type"));
         if (is_supported(number)) stated = facts_of(number).meaning;
-      }
+      });
     });
   });
   return stated;

@@ -5,16 +5,6 @@
 namespace tapestry::io {
 namespace detail {
 
-/// Visits a message at its fields of this number.
-template <class Visit>
-void each_field(ProtobufMessage message, std::uint32_t tag, Visit visit) {
-  while (message.next())
-    if (message.tag() == tag)
-      visit(message);
-    else
-      message.skip();
-}
-
 /// Reads a ModelProto: its graph and the fields beside it.
 class ModelReader {
  public:

@@ -20,38 +20,33 @@ namespace tapestry::nn {
   return padded;
 }
 
-/// A constant of up to four axes as it is stored channels last.
-[[nodiscard]] inline Constant to_channels_last(const Constant& constant) {
-  const Shape logical = padded_shape(constant.shape);
+/// The values of a constant in the other order of axes.
+/// \param logical  [N, C, H, W]
+/// \param to_last  from that order to channels last, else back
+[[nodiscard]] inline Constant reordered(const Constant& constant, const Shape& logical, bool to_last) {
   const std::size_t channels = logical[1], pixels = logical[2] * logical[3];
-  Constant stored{stored_shape(logical), constant.type, constant.values};
+  Constant moved{to_last ? stored_shape(logical) : logical, constant.type, constant.values};
   std::visit(
       [&](auto& values) {
         const auto from = values;
         for (std::size_t i = 0; i < values.size(); ++i) {
           const std::size_t channel = i % channels, pixel = i / channels % pixels;
-          values[i] = from[((i / channels / pixels) * channels + channel) * pixels + pixel];
+          const std::size_t place = ((i / channels / pixels) * channels + channel) * pixels + pixel;
+          values[to_last ? i : place] = from[to_last ? place : i];
         }
       },
-      stored.values);
-  return stored;
+      moved.values);
+  return moved;
+}
+
+/// A constant of up to four axes as it is stored channels last.
+[[nodiscard]] inline Constant to_channels_last(const Constant& constant) {
+  return reordered(constant, padded_shape(constant.shape), true);
 }
 
 /// A constant of four axes that is stored channels last, in ONNX's order of axes.
 [[nodiscard]] inline Constant from_channels_last(const Constant& stored) {
-  const Shape logical = logical_shape(stored.shape);
-  const std::size_t channels = logical[1], pixels = logical[2] * logical[3];
-  Constant constant{logical, stored.type, stored.values};
-  std::visit(
-      [&](auto& values) {
-        const auto from = values;
-        for (std::size_t i = 0; i < values.size(); ++i) {
-          const std::size_t channel = i % channels, pixel = i / channels % pixels;
-          values[((i / channels / pixels) * channels + channel) * pixels + pixel] = from[i];
-        }
-      },
-      constant.values);
-  return constant;
+  return reordered(stored, logical_shape(stored.shape), false);
 }
 
 /// Stores a tensor of four axes in the other layout.

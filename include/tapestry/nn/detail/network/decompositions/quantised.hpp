@@ -70,19 +70,12 @@ class QuantisedParts {
                                      ? context_.constant(zero).file_type
                                      : 0;
     const std::int64_t stated = context_.integer("output_dtype", 0);
-    switch (stated != 0 ? stated : of_zero) {
-      case 0:
-      case 2:
-        return {0, 255};
-      case 3:
-        return {-128, 127};
-      case 4:
-        return {0, 65535};
-      case 5:
-        return {-32768, 32767};
-      default:
-        throw DomainError({"integers of ONNX's type ", stated != 0 ? stated : of_zero, " are not supported"});
-    }
+    const std::int64_t type = stated != 0 ? stated : of_zero;
+    if (type == 0 || type == 2) return {0, 255};
+    if (type == 3) return {-128, 127};
+    if (type == 4) return {0, 65535};
+    if (type == 5) return {-32768, 32767};
+    throw DomainError({"integers of ONNX's type ", type, " are not supported"});
   }
 
   OperatorContext& context_;

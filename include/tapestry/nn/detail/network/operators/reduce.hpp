@@ -53,30 +53,21 @@ class Reduce : public Operation<T> {
     const T* const x = call.inputs[0].values;
     T* const y = call.outputs[0].values;
     const auto store = [&](std::ptrdiff_t at, double value) { y[at] = static_cast<T>(value); };
-    switch (kind_) {
-      case Reduction::max:
-      case Reduction::min:
-        return find_extremes(call);
-      case Reduction::product:
-        return reduce<ProductStep>(plan_, x, no_shifts, store);
-      case Reduction::l1:
-        return reduce<AbsoluteSumStep>(plan_, x, no_shifts, store);
-      case Reduction::l2:
-        return reduce<SquareStep>(plan_, x, no_shifts,
-                                  [&](std::ptrdiff_t at, double sum) { store(at, std::sqrt(sum)); });
-      case Reduction::sum_square:
-        return reduce<SquareStep>(plan_, x, no_shifts, store);
-      case Reduction::log_sum:
-        return reduce<SumStep>(plan_, x, no_shifts,
-                               [&](std::ptrdiff_t at, double sum) { store(at, std::log(sum)); });
-      case Reduction::log_sum_exp:
-        return sum_exponentials(x, y);
-      default:
-        return reduce<SumStep>(plan_, x, no_shifts, [&](std::ptrdiff_t at, double sum) {
-          const double mean = sum / (kind_ == Reduction::mean ? static_cast<double>(plan_.count) : 1);
-          store(at, is_integer_ ? std::trunc(mean) : mean);
-        });
-    }
+    if (kind_ == Reduction::max || kind_ == Reduction::min) return find_extremes(call);
+    if (kind_ == Reduction::log_sum_exp) return sum_exponentials(x, y);
+    if (kind_ == Reduction::product) return reduce<ProductStep>(plan_, x, no_shifts, store);
+    if (kind_ == Reduction::l1) return reduce<AbsoluteSumStep>(plan_, x, no_shifts, store);
+    if (kind_ == Reduction::sum_square) return reduce<SquareStep>(plan_, x, no_shifts, store);
+    if (kind_ == Reduction::l2)
+      return reduce<SquareStep>(plan_, x, no_shifts,
+                                [&](std::ptrdiff_t at, double sum) { store(at, std::sqrt(sum)); });
+    if (kind_ == Reduction::log_sum)
+      return reduce<SumStep>(plan_, x, no_shifts,
+                             [&](std::ptrdiff_t at, double sum) { store(at, std::log(sum)); });
+    reduce<SumStep>(plan_, x, no_shifts, [&](std::ptrdiff_t at, double sum) {
+      const double mean = sum / (kind_ == Reduction::mean ? static_cast<double>(plan_.count) : 1);
+      store(at, is_integer_ ? std::trunc(mean) : mean);
+    });
   }
 
   void adjoint(const AdjointCall<T>& call) const override {
@@ -164,22 +155,12 @@ class Reduce : public Operation<T> {
 
   /// ∂y[to]/∂x[from] for reductions other than sums and means.
   [[nodiscard]] T slope(const T* x, const T* y, std::ptrdiff_t from, std::ptrdiff_t to) const {
-    switch (kind_) {
-      case Reduction::product:
-        return x[from] != 0 ? y[to] / x[from] : product_of_others(x, from, to);
-      case Reduction::l1:
-        return x[from] > 0 ? T(1) : x[from] < 0 ? T(-1) : T(0);
-      case Reduction::l2:
-        return y[to] == 0 ? T(0) : x[from] / y[to];
-      case Reduction::sum_square:
-        return 2 * x[from];
-      case Reduction::log_sum:
-        return std::exp(-y[to]);
-      case Reduction::log_sum_exp:
-        return std::exp(x[from] - y[to]);
-      default:
-        return 1;
-    }
+    if (kind_ == Reduction::product) return x[from] != 0 ? y[to] / x[from] : product_of_others(x, from, to);
+    if (kind_ == Reduction::l1) return x[from] > 0 ? T(1) : x[from] < 0 ? T(-1) : T(0);
+    if (kind_ == Reduction::l2) return y[to] == 0 ? T(0) : x[from] / y[to];
+    if (kind_ == Reduction::sum_square) return 2 * x[from];
+    if (kind_ == Reduction::log_sum) return std::exp(-y[to]);
+    return kind_ == Reduction::log_sum_exp ? std::exp(x[from] - y[to]) : T(1);
   }
 
   [[nodiscard]] T product_of_others(const T* x, std::ptrdiff_t from, std::ptrdiff_t to) const {

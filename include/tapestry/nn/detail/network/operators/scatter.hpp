@@ -66,33 +66,20 @@ class Scatter : public Operation<T> {
     return rule_ != ScatterRule::replace && rule_ != ScatterRule::add;
   }
   [[nodiscard]] T updated(T element, T update) const {
-    switch (rule_) {
-      case ScatterRule::add:
-        return element + update;
-      case ScatterRule::multiply:
-        return element * update;
-      case ScatterRule::largest:
-        return update > element || update != update ? update : element;
-      case ScatterRule::smallest:
-        return update < element || update != update ? update : element;
-      default:
-        return update;
-    }
+    if (rule_ == ScatterRule::add) return element + update;
+    if (rule_ == ScatterRule::multiply) return element * update;
+    if (rule_ == ScatterRule::largest) return update > element || update != update ? update : element;
+    if (rule_ == ScatterRule::smallest) return update < element || update != update ? update : element;
+    return update;
   }
   /// Derivatives of updated().
   [[nodiscard]] std::pair<T, T> slopes(T element, T update) const {
-    switch (rule_) {
-      case ScatterRule::add:
-        return {1, 1};
-      case ScatterRule::multiply:
-        return {update, element};
-      case ScatterRule::largest:
-        return update > element ? std::pair<T, T>{0, 1} : std::pair<T, T>{1, 0};
-      case ScatterRule::smallest:
-        return update < element ? std::pair<T, T>{0, 1} : std::pair<T, T>{1, 0};
-      default:
-        return {0, 1};
-    }
+    const std::pair<T, T> of_element{1, 0}, of_update{0, 1};
+    if (rule_ == ScatterRule::add) return {1, 1};
+    if (rule_ == ScatterRule::multiply) return {update, element};
+    if (rule_ == ScatterRule::largest) return update > element ? of_update : of_element;
+    if (rule_ == ScatterRule::smallest) return update < element ? of_update : of_element;
+    return of_update;
   }
 
   IndexPlan plan_;
