@@ -79,11 +79,15 @@ using Sizes = std::array<std::size_t, 2>;
       transforms->back().push_back({0, 0, 0, 1});
     }
   }
-  for (std::size_t i = 0; i < points; ++i) nearest.push_back(i * 7 % points);
+  json positions = draw.table(points, 3);
+  for (std::size_t i = 0; i < points; ++i) {
+    nearest.push_back(i * 7 % points);
+    positions[i].push_back(1);
+  }
   const json model{{"bone_names", names},
                    {"parents", parents},
                    {"is_mirrored", false},
-                   {"base_positions", draw.table(points, 4)},
+                   {"base_positions", positions},
                    {"weights", draw.table(points, bones)},
                    {"triangles", json::array()},
                    {"base_relatives", relatives},
