@@ -58,7 +58,7 @@ const std::vector<Variant> all_variants = {{"plain", "autodiff_tapestry"},
   if (variant.name == "naive-float") return false;
   if (variant.name == "array-library-exp") return objective == Softmax::name;
   if (variant.name.starts_with("array"))
-    return !is_one_of(objective, {Speelpenning::name, Recurrence::name, Lstm::name});
+    return !is_one_of(objective, {Speelpenning::name, Recurrence::name});
   return !is_of_jacobians;
 }
 

@@ -4,7 +4,6 @@
 #include "ciou.hpp"
 #include "float_sum.hpp"
 #include "hand_tracking.hpp"
-#include "lstm.hpp"
 #include "matmul_chain.hpp"
 
 namespace tapestry::benchmarks {
@@ -212,7 +211,6 @@ void for_each_objective(Visit visit) {
   visit(Speelpenning());
   visit(Recurrence());
   visit(HandTracking());
-  visit(Lstm());
   visit(Ciou());
   visit(MatmulChain());
   visit(Bundle());

@@ -5,7 +5,6 @@ namespace tapestry::benchmarks {
 
 template Made make_variant(const Gmm&, const std::string&, std::ptrdiff_t);
 template Made make_variant(const HandTracking&, const std::string&, std::ptrdiff_t);
-template Made make_variant(const Lstm&, const std::string&, std::ptrdiff_t);
 template Made make_variant(const Bundle&, const std::string&, std::ptrdiff_t);
 template Made make_variant(const BundleJacobian&, const std::string&, std::ptrdiff_t);
 

@@ -1,13 +1,14 @@
 #pragma once
 #include <cmath>
+#include <concepts>
 #include <tapestry/core/error.hpp>
 #include <vector>
 
 namespace tapestry::benchmarks {
 
-/// ‖found − expected‖ / ‖expected‖.
-[[nodiscard]] inline double relative_distance(const std::vector<float>& found,
-                                              const std::vector<double>& expected) {
+/// ‖found − expected‖ / ‖expected‖; ‖found‖ where 0 is expected.
+template <std::floating_point T>
+[[nodiscard]] double relative_distance(const std::vector<T>& found, const std::vector<double>& expected) {
   if (found.size() != expected.size()) {
     throw Error(ErrorKind::mismatch,
                 std::to_string(found.size()) + " numbers instead of " + std::to_string(expected.size()));
@@ -19,7 +20,7 @@ namespace tapestry::benchmarks {
     difference += d * d;
     norm += expected[i] * expected[i];
   }
-  return std::sqrt(difference / norm);
+  return std::sqrt(norm == 0 ? difference : difference / norm);
 }
 
 }  // namespace tapestry::benchmarks

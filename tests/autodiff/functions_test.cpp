@@ -220,6 +220,17 @@ TEST_CASE("functions built for extremes do not overflow or cancel", "[autodiff][
   CHECK(on_tape<double>(logsumexp_of, infinity, 0) == Triple{infinity, 1, 0});
 }
 
+TEST_CASE("tanh is within 2 ulp where its two formulas meet, and an odd function", "[autodiff][functions]") {
+  for (double x = 0.001; x < 5; x += 0.001) {
+    const auto expected = static_cast<double>(std::tanh(static_cast<long double>(x)));
+    const double found = Variable<double>(tanh(Variable<double>(x))).value();
+    REQUIRE(std::abs(found - expected) <= 2 * (std::nextafter(expected, 2) - expected));
+    REQUIRE(tanh(Variable<double>(-x)).value() == -found);
+  }
+  CHECK(std::signbit(Variable<double>(tanh(Variable<double>(-0.0))).value()));
+  CHECK(tanh(Variable<double>(-1e300)).value() == -1);
+}
+
 TEST_CASE("reductions of many variables are single statements", "[autodiff][functions]") {
   ActiveTape<double> tape;
   const auto entries = [&](std::initializer_list<double> values) {

@@ -1,4 +1,7 @@
+#include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/variable.hpp>
+
+#include <algorithm>
 
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
@@ -62,6 +65,49 @@ TEST_CASE("passive() stops the gradient", "[autodiff][variable]") {
   const Variable<double> x = tape.input(2.0);
   tape.reverse(Variable<double>(passive(x * x) * x));
   CHECK(x.adjoint() == 4);
+}
+
+TEST_CASE("passive variables in a formula take no more tape than numbers, copies and passive results none",
+          "[autodiff][variable]") {
+  const auto bytes_of = [](const auto& two, const auto& six, double* slopes) {
+    ActiveTape<double> tape;
+    const Variable<double> x = tape.input(3.0), y = tape.input(5.0);
+    const std::size_t before = tape.statement_bytes();
+    const Variable<double> z = y + two * (x + two * y - x) / six - two;
+    const Variable<double> copy = z, passive_result = Variable<double>(two) * six;
+    const std::size_t bytes = tape.statement_bytes() - before;
+    CHECK(tape.statement_count() == 3);
+    CHECK(tape.operand_count() == 4);  // x and y twice
+    CHECK_FALSE(passive_result.is_active());
+    tape.reverse(copy);
+    slopes[0] = x.adjoint();
+    slopes[1] = y.adjoint();
+    return bytes;
+  };
+  double by_numbers[2], by_variables[2];
+  CHECK(bytes_of(Variable<double>(2.0), Variable<double>(8.0), by_variables) ==
+        bytes_of(2.0, 8.0, by_numbers));
+  CHECK(std::ranges::equal(by_variables, by_numbers));
+  CHECK(by_variables[0] == 0);
+  CHECK(by_variables[1] == 1.5);  // 1 + 2 · 2 / 8
+}
+
+TEST_CASE("the slope by a passive variable does not matter, and a zero passes no infinity on",
+          "[autodiff][variable]") {
+  ActiveTape<double> tape;
+  const Variable<double> x = tape.input(-2.0), zero = 0.0, cube = 3.0;
+  const Variable<double> power = pow(x, cube);  // by the exponent NaN: log(−2)
+  tape.reverse(power);
+  CHECK(x.adjoint() == 12);
+  const Variable<double> pole = x / zero;
+  tape.reverse(pole);
+  CHECK(x.adjoint() == std::numeric_limits<double>::infinity());
+  tape.reverse(Variable<double>(x * zero / zero));
+  CHECK(x.adjoint() == 0);  // 0 · ∞
+  CHECK(std::isnan(Variable<double>(x * zero / zero).value()));
+  const Variable<double> unknown = std::numeric_limits<double>::quiet_NaN();
+  tape.reverse(Variable<double>(x * unknown * cube));
+  CHECK(std::isnan(x.adjoint()));
 }
 
 TEST_CASE("record_partials is one statement without the passive operands", "[autodiff][variable]") {

@@ -107,9 +107,12 @@ class Tape {
 
   /// A variable to differentiate by. The tape need not be active.
   [[nodiscard]] Variable<T> input(T value) {
-    state().require_idle("input");
-    const detail::Link link = state().append_input();
-    state().note_value(link, static_cast<double>(detail::value_of<detail::Base<T>>(value)));
+    detail::TapeState<T>& state = this->state();
+    state.require_idle("input");
+    if (state.has_usual_room()) [[likely]]
+      return {value, state.commit(detail::StatementKind::input, 1)};
+    const detail::Link link = state.append_input();
+    state.note_value(link, static_cast<double>(detail::value_of<detail::Base<T>>(value)));
     return Variable<T>(value, link);
   }
 

@@ -47,7 +47,11 @@ class Variable {
   /// d root / d variable of the last reverse() of the active tape; zero before it and for passive variables.
   /// \throws DomainError if the variable is active but not on the active tape; see also Tape::adjoint()
   [[nodiscard]] T adjoint() const {
-    return is_active() ? detail::TapeState<T>::require_active().adjoint(link_) : T(0);
+    if (!is_active()) return T(0);
+    const detail::WriteHead& head = *detail::TapeState<T>::active;
+    if (head.next.generation() == link_.generation()) [[likely]]
+      return static_cast<const detail::TapeState<T>&>(head).adjoint(link_);
+    return detail::TapeState<T>::require_active().adjoint(link_);
   }
 
   template <detail::OperandBeside<T> Y>

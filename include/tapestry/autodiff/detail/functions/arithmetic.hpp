@@ -132,6 +132,17 @@ requires detail::FormulaOperands<X, Y>
   return detail::value_of<T>(x) <=> detail::value_of<T>(y);
 }
 
+// These alone need one comparison of numbers; by operator<=> they would take two.
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] bool operator<(const X& x, const Y& y) {
+  using T = detail::Base<detail::ScalarOf<X, Y>>;
+  return detail::value_of<T>(x) < detail::value_of<T>(y);
+}
+template <class X, class Y>
+requires detail::FormulaOperands<X, Y>
+[[nodiscard]] bool operator>(const X& x, const Y& y) { return y < x; }
+
 template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 [[nodiscard]] bool operator==(const X& x, const Y& y) { return (x <=> y) == 0; }

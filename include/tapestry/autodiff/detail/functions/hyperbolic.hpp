@@ -14,6 +14,7 @@ struct Cosh {
 };
 struct Tanh {
   static auto value(auto x) { return tanh(x); }
+  static auto value(double x) { return tanh_of(x); }
   static auto partial(auto x, auto tanh_x) { return tanh_slope(x, tanh_x); }
   static auto curvature(auto, auto tanh_x, auto slope) { return -2 * tanh_x * slope; }
 };

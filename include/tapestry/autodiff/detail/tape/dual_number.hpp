@@ -155,7 +155,9 @@ template <class T>
 /// tangent · partial. A partial that is a plain number has no tangents of 0, which would turn ∞ into NaN.
 template <class T, class Partial>
 [[nodiscard]] constexpr T chain_with(const T& tangent, const Partial& partial) {
-  if constexpr (std::same_as<T, Partial>) {
+  if constexpr (std::same_as<T, Partial> && std::floating_point<T>) {
+    return chain_in_sum(tangent, partial);
+  } else if constexpr (std::same_as<T, Partial>) {
     return chain(tangent, partial);
   } else {
     auto inner = tangent.tangents();

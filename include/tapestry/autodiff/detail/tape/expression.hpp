@@ -109,6 +109,7 @@ class Unary {
   static constexpr OperandCounts operand_counts = counts_of_expression<X, Chained<Factor, Slope>>();
   static constexpr bool always_pushes_all = !SkipsZero<Operation> && pushes_all<X>();
 
+  [[gnu::always_inline]] Unary(const Unary& o) : x_(o.x_), value_(o.value_) {}
   explicit Unary(const X& x) : x_(x), value_(Operation::value(x.value())) {
     note_kink_of<Operation>(x.value());
   }
@@ -129,6 +130,11 @@ class Unary {
   T value_;
 };
 
+template <class X>
+inline constexpr bool is_leaf = requires(const X& x) {
+  x.link();
+};
+
 /// f(x, y), where Operation has value(x, y), partial_x(x, y, f) and partial_y(x, y, f).
 template <class Operation, class X, class Y>
 class Binary {
@@ -144,6 +150,7 @@ class Binary {
       counts_of_expression<X, Chained<Factor, SlopeX>>() + counts_of_expression<Y, Chained<Factor, SlopeY>>();
   static constexpr bool always_pushes_all = !SkipsZero<Operation> && pushes_all<X>() && pushes_all<Y>();
 
+  [[gnu::always_inline]] Binary(const Binary& o) : x_(o.x_), y_(o.y_), value_(o.value_) {}
   Binary(const X& x, const Y& y) : x_(x), y_(y), value_(Operation::value(x.value(), y.value())) {
     note_kink_of<Operation>(x.value(), y.value());
   }
@@ -161,6 +168,8 @@ class Binary {
  private:
   [[nodiscard]] SlopeX slope_x() const {
     if constexpr (std::is_same_v<SlopeX, T>) {
+      if constexpr (is_leaf<X> && !requires { Operation::is_linear_in_y; })
+        if (!x_.is_active()) return T(0);
       return Operation::partial_x(x_.value(), y_.value(), value_);
     } else {
       return {};
@@ -168,6 +177,8 @@ class Binary {
   }
   [[nodiscard]] SlopeY slope_y() const {
     if constexpr (std::is_same_v<SlopeY, T>) {
+      if constexpr (is_leaf<Y> && !requires { Operation::is_linear_in_y; })
+        if (!y_.is_active()) return T(0);
       return Operation::partial_y(x_.value(), y_.value(), value_);
     } else {
       return {};

@@ -34,6 +34,8 @@ template <class Factor, class Partial>
     return -partial;
   } else if constexpr (std::is_same_v<Partial, MinusOne>) {
     return -factor;
+  } else if constexpr (std::floating_point<Partial>) {
+    return chain_in_sum(factor, partial);
   } else {
     return chain(factor, partial);
   }

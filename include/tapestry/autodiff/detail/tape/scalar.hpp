@@ -76,6 +76,15 @@ template <std::floating_point T>
   return either(factor == T(0), partial == T(0)) ? T(0) : product;
 }
 
+/// chain() where −0 may stand for 0, as in sums: one comparison instead of two.
+template <std::floating_point T>
+[[nodiscard, gnu::always_inline]] constexpr T chain_in_sum(T factor, T partial) {
+  const T product = factor * partial;
+  if (product != product) [[unlikely]]
+    return either(factor == T(0), partial == T(0)) ? T(0) : product;
+  return product;
+}
+
 /// NaN as value and as every derivative.
 template <class T>
 [[nodiscard]] constexpr T unknown() {

@@ -62,23 +62,16 @@ template <class T, class... Partials>
   return record_carefully<T>(value, links, all, sizeof...(partials));
 }
 
-/// Operands of a formula whose number the compiler knows. They are computed before the choice
-/// between the fast and the slow way, so that their code stands once, and at constant places, so
-/// that all stay in registers.
+/// Operands of a formula whose number the compiler knows, in the order of statement.hpp. They are computed
+/// before the choice between the ways to record them, so that their code stands once, and at constant places,
+/// so that all stay in registers.
 template <class T, OperandCounts counts>
 class CountedOperands {
  public:
-  void add(Link link, T partial) {
-    indices_[general_] = link.index();
-    general_partials_[general_++] = partial;
-    keep(link, partial);
-  }
-  void add(Link link, One) {
-    plus_ == counts.plus ? add(link, T(1)) : add_unit(link, counts.general + plus_++, T(1));
-  }
+  void add(Link link, T partial) { put(general_++, link, partial); }
+  void add(Link link, One) { put(plus_ == counts.plus ? general_++ : counts.general + plus_++, link, T(1)); }
   void add(Link link, MinusOne) {
-    minus_ == counts.minus ? add(link, T(-1))
-                           : add_unit(link, counts.general + counts.plus + minus_++, T(-1));
+    put(minus_ == counts.minus ? general_++ : counts.general + counts.plus + minus_++, link, T(-1));
   }
 
   /// Writes the statement in the layout of statement.hpp.
@@ -86,25 +79,41 @@ class CountedOperands {
     write(words, std::make_index_sequence<counts.general>(),
           std::make_index_sequence<counts.plus + counts.minus>());
   }
+  /// Writes the statement without passive variables.
+  /// \param kind   receives its kind; `words` becomes its end
+  /// \returns      whether all others are of the link's generation; else nothing counts
+  [[gnu::always_inline]] bool write_active(Word*& words, Link next, unsigned& kind) const {
+    std::uint64_t difference = 0;
+    for (std::size_t i = 0; i < counts.sum(); ++i) {
+      if (!links_[i].is_active()) continue;
+      difference |= links_[i].difference(next);
+      if (i < counts.general) {
+        write_pair(words, links_[i].index(), partials_[i]);
+        words += pair_words<T>;
+        kind += static_cast<unsigned>(kind_of({0, 0, 1}));
+      } else {
+        *words++ = links_[i].index();
+        kind +=
+            static_cast<unsigned>(i < counts.general + counts.plus ? kind_of({1, 0, 0}) : kind_of({0, 1, 0}));
+      }
+    }
+    return difference >> 32U == 0;
+  }
   /// Records in the careful way.
   [[gnu::always_inline]] Link record_carefully(const T& value) const {
     return record_carefully(value, std::make_index_sequence<counts.sum()>());
   }
 
  private:
-  void add_unit(Link link, std::size_t place, T partial) {
-    indices_[place] = link.index();
-    keep(link, partial);
-  }
-  void keep(Link link, T partial) {
-    links_[count_] = link;
-    partials_[count_++] = partial;
+  void put(std::size_t place, Link link, T partial) {
+    links_[place] = link;
+    partials_[place] = partial;
   }
   template <std::size_t... General, std::size_t... Unit>
   [[gnu::always_inline]] void write(Word* words, std::index_sequence<General...>,
                                     std::index_sequence<Unit...>) const {
-    (write_pair(words + General * pair_words<T>, indices_[General], general_partials_[General]), ...);
-    ((words[counts.general * pair_words<T> + Unit] = indices_[counts.general + Unit]), ...);
+    (write_pair(words + General * pair_words<T>, links_[General].index(), partials_[General]), ...);
+    ((words[counts.general * pair_words<T> + Unit] = links_[counts.general + Unit].index()), ...);
   }
   template <std::size_t... Place>
   [[gnu::always_inline]] Link record_carefully(const T& value, std::index_sequence<Place...>) const {
@@ -112,11 +121,9 @@ class CountedOperands {
     return record_from_registers<T>(links, value, partials_[Place]...);
   }
 
-  Word indices_[counts.sum()];  // in the order of statement.hpp
-  T general_partials_[counts.general == 0 ? 1 : counts.general];
-  Link links_[counts.sum()];  // in the order of the formula, as partials_
+  Link links_[counts.sum()];
   T partials_[counts.sum()];
-  std::size_t count_ = 0, general_ = 0, plus_ = 0, minus_ = 0;
+  std::size_t general_ = 0, plus_ = 0, minus_ = 0;
 };
 
 /// Whether E always pushes the same operands, and a kind can hold their counts.
@@ -147,6 +154,18 @@ template <class E>
     return;
   }
   if (formula.difference(Link()) == 0) return;  // passive
+  if constexpr (counts.sum() > 1) {
+    Word* words = head.words;
+    const std::uintptr_t kinds_base = head.kinds_base;
+    unsigned kind = 0;
+    if (head.has_usual_room() && operands.write_active(words, next, kind)) {
+      *reinterpret_cast<StatementKind*>(kinds_base + next.index()) = static_cast<StatementKind>(kind);
+      head.words = words;
+      link = next;
+      head.next = ++next;
+      return;
+    }
+  }
   link = operands.record_carefully(formula.value());
   if (!link.is_active()) [[unlikely]]
     throw_deferred();
