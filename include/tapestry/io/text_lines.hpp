@@ -134,6 +134,16 @@ namespace detail {
   return at;
 }
 
+/// Whether a text of words with single spaces between them holds this word.
+[[nodiscard]] inline bool is_word_of(std::string_view words, std::string_view word) {
+  if (word.find(' ') != std::string_view::npos) return false;
+  for (std::size_t at = words.find(word); at != std::string_view::npos; at = words.find(word, at + 1)) {
+    const std::size_t end = at + word.size();
+    if ((at == 0 || words[at - 1] == ' ') && (end == words.size() || words[end] == ' ')) return true;
+  }
+  return false;
+}
+
 /// Number of insertions, deletions, replacements and exchanges of neighbours that turn one word into the
 /// other, with no part changed twice (optimal string alignment).
 [[nodiscard]] std::size_t edit_distance(std::string_view a, std::string_view b);

@@ -47,26 +47,16 @@ inline void remark_on_undrawn(const std::string& keyword, TextLines& lines, Line
   }
 }
 
-/// Least and largest number of words behind an option of a map record; none for a word that is no option.
-struct MapOption {
-  std::string_view name;
+/// Options of a map record with the least and largest number of words behind them.
+struct MapOptions {
+  std::string_view names;
   std::size_t least, most;
 };
 
-inline constexpr std::array<MapOption, 14> map_options{{{"-blendu", 1, 1},
-                                                        {"-blendv", 1, 1},
-                                                        {"-bm", 1, 1},
-                                                        {"-boost", 1, 1},
-                                                        {"-cc", 1, 1},
-                                                        {"-clamp", 1, 1},
-                                                        {"-colorspace", 1, 1},
-                                                        {"-imfchan", 1, 1},
-                                                        {"-mm", 2, 2},
-                                                        {"-o", 1, 3},
-                                                        {"-s", 1, 3},
-                                                        {"-t", 1, 3},
-                                                        {"-texres", 1, 1},
-                                                        {"-type", 1, 1}}};
+inline constexpr std::array<MapOptions, 3> map_options{
+    {{"-blendu -blendv -bm -boost -cc -clamp -colorspace -imfchan -texres -type", 1, 1},
+     {"-mm", 2, 2},
+     {"-o -s -t", 1, 3}}};
 
 /// The file that a map record names, if it is in the folder of the material file or below; else empty, with a
 /// warning.
@@ -84,8 +74,8 @@ inline std::string map_file(const TextLines& lines, LineOddities& oddities) {
   };
   while (rest.starts_with('-')) {
     const std::string_view word = rest.substr(0, rest.find_first_of(" \t"));
-    const auto* const option =
-        std::ranges::find_if(map_options, [&](const MapOption& one) { return one.name == word; });
+    const auto* const option = std::ranges::find_if(
+        map_options, [&](const MapOptions& some) { return is_word_of(some.names, word); });
     if (option == map_options.end()) break;
     oddities.add("option % of a texture is ignored", lines, next_word());
     for (std::size_t i = 0; i < option->most && (i < option->least || is_number()); ++i) (void)next_word();

@@ -34,50 +34,17 @@ inline constexpr std::string_view layer_training_keys =
   return {};
 }
 
-[[nodiscard]] inline bool is_word_of(std::string_view words, std::string_view word) {
-  if (word.find(' ') != std::string_view::npos) return false;
-  for (std::size_t at = words.find(word); at != std::string_view::npos; at = words.find(word, at + 1)) {
-    const std::size_t end = at + word.size();
-    if ((at == 0 || words[at - 1] == ' ') && (end == words.size() || words[end] == ' ')) return true;
-  }
-  return false;
-}
-
 [[nodiscard]] inline bool is_training_key(std::string_view section, std::string_view key) {
   return is_word_of(layer_training_keys, key) || is_word_of(training_keys(section), key);
 }
 
-/// Options that change the result and that Tapestry does not implement, each with its harmless value.
-inline constexpr auto unsupported_cfg_keys =
-    std::to_array<std::array<std::string_view, 2>>({{"binary", "0"},
-                                                    {"xnor", "0"},
-                                                    {"bin_output", "0"},
-                                                    {"flipped", "0"},
-                                                    {"dot", "0"},
-                                                    {"antialiasing", "0"},
-                                                    {"assisted_excitation", "0"},
-                                                    {"share_index", ""},
-                                                    {"stretch", "0"},
-                                                    {"stretch_sway", "0"},
-                                                    {"rotate", "0"},
-                                                    {"deform", "0"},
-                                                    {"sway", "0"},
-                                                    {"maxpool_depth", "0"},
-                                                    {"avgpool", "0"},
-                                                    {"embedding_layer", ""},
-                                                    {"weights_type", "none"},
-                                                    {"weights_normalization", "none"},
-                                                    {"cbn", "0"},
-                                                    {"tree", ""},
-                                                    {"spatial", "0"},
-                                                    {"reverse", "0"},
-                                                    {"flatten", "0"},
-                                                    {"extra", "0"},
-                                                    {"background", "0"},
-                                                    {"map", ""},
-                                                    {"grad_centr", "0"},
-                                                    {"stride_x", ""},
-                                                    {"stride_y", ""}});
+/// Options that change the result and that Tapestry does not implement, after their harmless value.
+inline constexpr std::array<std::array<std::string_view, 2>, 3> unsupported_cfg_keys{
+    {{"0",
+      "binary xnor bin_output flipped dot antialiasing assisted_excitation stretch stretch_sway rotate "
+      "deform sway maxpool_depth avgpool cbn spatial reverse flatten extra background grad_centr"},
+     {"none", "weights_type weights_normalization"},
+     {"", "share_index embedding_layer tree map stride_x stride_y"}}};
 
 /// The keys that `section` may hold and that Tapestry uses.
 [[nodiscard]] inline std::vector<std::string_view> understood_keys(std::string_view section) {
@@ -143,14 +110,15 @@ inline void check_leftover_options(const std::string& path, SectionReader& reade
                           " is not obeyed; boxes are suppressed by their IoU (greedynms)");
     if (option.asked_for) continue;
     if (is_training_key(reader.name(), option.key)) continue;
-    const auto unsupported = std::ranges::find_if(
-        unsupported_cfg_keys, [&](const auto& key_and_value) { return key_and_value[0] == option.key; });
+    const auto unsupported = std::ranges::find_if(unsupported_cfg_keys, [&](const auto& value_and_keys) {
+      return is_word_of(value_and_keys[1], option.key);
+    });
     if (unsupported == unsupported_cfg_keys.end()) {
       if (warnings.size() < 100)
         add_cfg_warning(warnings, path, option.line, unknown_option(reader.name(), option.key));
       continue;
     }
-    if ((*unsupported)[1] == option.value) continue;
+    if ((*unsupported)[0] == option.value) continue;
     throw reader.error(option, "unsupported option " + in_quotes(option.key), "none, or its neutral value",
                        in_quotes(option.value));
   }
