@@ -232,7 +232,7 @@ class CamouflageRun {
     const SideBySide side_by_side(watch, usable.size());
     RunReport report;
     report.survey = evaluate::survey(meter, test, usable, textures, watch);
-    write_paint_files(parameter, paint, offsets, textures);
+    write_paint_files(parameter, paint, offsets, textures.controls);
     const auto& car = reshaped ? reshaped->car() : inputs_.car.painted;
     write_painted(car, paint.colours);
     report.exported =
@@ -255,12 +255,21 @@ class CamouflageRun {
     if (const auto text = validation_->text(); !text.empty()) remark(text);
   }
 
+  /// Writes the texture, and the matched controls as atlases beside it.
   /// \param offsets  of the car's positions; empty if they stay
   void write_paint_files(const Array<float, 2>& parameter, const camouflage::Paint<float>& paint,
-                         const Array<float, 2>& offsets, const evaluate::SurveyedTextures& textures) const {
-    camouflage::write_paint(path("texture.npz"), parameter, paint, offsets,
-                            exact_text(inputs_.car.description));
-    write_matched_controls(textures.controls);
+                         const Array<float, 2>& offsets,
+                         const std::vector<evaluate::Control>& controls) const {
+    const auto& car = inputs_.car;
+    camouflage::write_paint(path("texture.npz"), parameter, paint, offsets, exact_text(car.description));
+    const auto write = [&](const char* control, const char* name) {
+      for (const auto& [control_name, control_paint, share] : controls)
+        if (control_name == control)
+          write_described_texture(path(name), camouflage::atlas_of<float>(car.painted, control_paint.colours),
+                                  exported_description(car.painted, car.description));
+    };
+    write(evaluate::matched_noise_name, "matched_noise.png");
+    write(evaluate::shuffled_patches_name, "shuffled.png");
   }
 
   void write_sheets(const std::vector<MarkedPicture>& before, const std::vector<MarkedPicture>& after) const {
@@ -335,19 +344,6 @@ class CamouflageRun {
       print_warnings({path("painted.obj") + ": drawn again, the exported paint differs from the run's by " +
                       decimal_text(difference.mean) + " of 1 on average"});
     return difference;
-  }
-
-  /// Writes the matched controls as atlases, beside the texture they are made from.
-  void write_matched_controls(const std::vector<evaluate::Control>& controls) const {
-    const auto& car = inputs_.car;
-    const auto write = [&](const char* control, const char* name) {
-      for (const auto& [control_name, paint, share] : controls)
-        if (control_name == control)
-          write_described_texture(path(name), camouflage::atlas_of<float>(car.painted, paint.colours),
-                                  exported_description(car.painted, car.description));
-    };
-    write(evaluate::matched_noise_name, "matched_noise.png");
-    write(evaluate::shuffled_patches_name, "shuffled.png");
   }
 
   const Ranks& ranks_ = Ranks::all();

@@ -39,9 +39,10 @@ inline ExportedCar read_exported_car(const std::string& obj, const raster::Paint
 
 /// Compares two pictures of a view, [H, W, 3], over those pixels that show the car and is_counted(pixel), an
 /// index into the view's window.
-template <std::predicate<std::size_t> IsCounted>
-PictureDifference difference_over_car(const Array<float, 3>& picture, const Array<float, 3>& other,
-                                      const camouflage::View<float>& view, IsCounted is_counted) {
+template <std::predicate<std::size_t> IsCounted = bool (*)(std::size_t)>
+PictureDifference difference_over_car(
+    const Array<float, 3>& picture, const Array<float, 3>& other, const camouflage::View<float>& view,
+    IsCounted is_counted = [](std::size_t) { return true; }) {
   const auto& coverage = view.paint_to_picture->coverage;
   PictureDifference difference;
   double count = 0;
@@ -56,12 +57,6 @@ PictureDifference difference_over_car(const Array<float, 3>& picture, const Arra
       }
   if (count > 0) difference.mean /= count;
   return difference;
-}
-
-/// The same over all pixels that show the car.
-inline PictureDifference difference_over_car(const Array<float, 3>& picture, const Array<float, 3>& other,
-                                             const camouflage::View<float>& view) {
-  return difference_over_car(picture, other, view, [](std::size_t) { return true; });
 }
 
 }  // namespace tapestry::shell

@@ -65,39 +65,36 @@ struct OwnPlane {
 }
 
 /// The surface that is cut: faces, their planes and normals, and their neighbours.
-class CutSurface {
- public:
+struct CutSurface {
   struct Border {
-    std::size_t other;  ///< a face, as an index into faces()
+    std::size_t other;  ///< a face, as an index into `faces`
     double length;
   };
 
-  CutSurface(const geometry::Mesh& mesh, std::vector<std::size_t> faces) : faces_(std::move(faces)) {
+  CutSurface(const geometry::Mesh& mesh, std::vector<std::size_t> of_mesh) : faces(std::move(of_mesh)) {
     std::map<geometry::Vector3, std::size_t> places;
-    for (const std::size_t face : faces_) {
-      planes_.push_back(own_plane(mesh, face));
-      std::array<std::size_t, 3> corners{};
+    for (const std::size_t face : faces) {
+      planes.push_back(own_plane(mesh, face));
+      auto& own = corners.emplace_back();
       for (std::size_t k = 0; k < 3; ++k)
-        corners[k] = places.try_emplace(place_of(mesh, face, k), places.size()).first->second;
-      corners_.push_back(corners);
-      normals_.push_back(geometry::normalised(raster::face_normal(mesh, mesh.faces[face])));
+        own[k] = places.try_emplace(place_of(mesh, face, k), places.size()).first->second;
+      normals.push_back(geometry::normalised(raster::face_normal(mesh, mesh.faces[face])));
     }
-    positions_.resize(places.size());
-    for (const auto& [position, index] : places) positions_[index] = position;
+    positions.resize(places.size());
+    for (const auto& [position, index] : places) positions[index] = position;
     find_borders();
   }
 
-  [[nodiscard]] std::size_t size() const { return faces_.size(); }
-  [[nodiscard]] std::size_t face(std::size_t i) const { return faces_[i]; }
-  [[nodiscard]] const OwnPlane& plane(std::size_t i) const { return planes_[i]; }
-  [[nodiscard]] const geometry::Vector3& normal(std::size_t i) const { return normals_[i]; }
-  [[nodiscard]] const std::array<std::size_t, 3>& corners(std::size_t i) const { return corners_[i]; }
-  [[nodiscard]] const std::vector<Border>& borders(std::size_t i) const { return borders_[i]; }
-  [[nodiscard]] const geometry::Vector3& position(std::size_t vertex) const { return positions_[vertex]; }
+  std::vector<std::size_t> faces;
+  std::vector<OwnPlane> planes{};
+  std::vector<geometry::Vector3> normals{};
+  std::vector<std::array<std::size_t, 3>> corners{};
+  std::vector<geometry::Vector3> positions{};
+  std::vector<std::vector<Border>> borders{};
 
   /// Connected parts of some faces.
   [[nodiscard]] std::vector<std::vector<std::size_t>> connected(const std::vector<std::size_t>& some) const {
-    std::vector<int> is_open(size(), 0);
+    std::vector<int> is_open(faces.size(), 0);
     for (const std::size_t i : some) is_open[i] = 1;
     std::vector<std::vector<std::size_t>> parts;
     for (const std::size_t first : some) {
@@ -105,7 +102,7 @@ class CutSurface {
       std::vector<std::size_t> part{first};
       is_open[first] = 0;
       for (std::size_t k = 0; k < part.size(); ++k)
-        for (const Border& border : borders_[part[k]])
+        for (const Border& border : borders[part[k]])
           if (std::exchange(is_open[border.other], 0) != 0) part.push_back(border.other);
       parts.push_back(std::move(part));
     }
@@ -115,44 +112,34 @@ class CutSurface {
  private:
   /// Faces on both sides of an edge that turn alike. The flattest, if there are more than two.
   void find_borders() {
-    borders_.resize(size());
+    borders.resize(faces.size());
     std::map<std::pair<std::size_t, std::size_t>, std::array<std::vector<std::size_t>, 2>> edges;
-    for (std::size_t i = 0; i < size(); ++i)
+    for (std::size_t i = 0; i < faces.size(); ++i)
       for (std::size_t k = 0; k < 3; ++k) {
-        const std::size_t a = corners_[i][k], b = corners_[i][(k + 1) % 3];
+        const std::size_t a = corners[i][k], b = corners[i][(k + 1) % 3];
         edges[std::minmax(a, b)][a < b ? 0 : 1].push_back(i);
       }
     for (auto& [ends, sides] : edges) {
       auto& [here, there] = sides;
       const double length =
-          geometry::length(geometry::subtract(positions_[ends.first], positions_[ends.second]));
+          geometry::length(geometry::subtract(positions[ends.first], positions[ends.second]));
       while (!here.empty() && !there.empty()) {
         constexpr double sharpest = -0.5;  // a larger angle is the rim of a sheet, with its inside behind
         double best = sharpest;
         std::size_t at_here = 0, at_there = 0;
         for (std::size_t i = 0; i < here.size(); ++i)
           for (std::size_t k = 0; k < there.size(); ++k)
-            if (const double flat = geometry::dot(normals_[here[i]], normals_[there[k]]); flat > best) {
-              best = flat;
-              at_here = i;
-              at_there = k;
-            }
+            if (const double flat = geometry::dot(normals[here[i]], normals[there[k]]); flat > best)
+              std::tie(best, at_here, at_there) = std::tuple(flat, i, k);
         if (best <= sharpest) break;
         const std::size_t one = here[at_here], other = there[at_there];
-        borders_[one].push_back({other, length});
-        borders_[other].push_back({one, length});
+        borders[one].push_back({other, length});
+        borders[other].push_back({one, length});
         here.erase(here.begin() + static_cast<std::ptrdiff_t>(at_here));
         there.erase(there.begin() + static_cast<std::ptrdiff_t>(at_there));
       }
     }
   }
-
-  std::vector<std::size_t> faces_;
-  std::vector<OwnPlane> planes_{};
-  std::vector<geometry::Vector3> normals_{};
-  std::vector<std::array<std::size_t, 3>> corners_{};
-  std::vector<geometry::Vector3> positions_{};
-  std::vector<std::vector<Border>> borders_{};
 };
 
 /// A part of a surface laid flat so that each face keeps its shape as well as it can. Source: Liu, Zhang, Xu,
@@ -164,7 +151,7 @@ class FlatLayout {
     // Faces that touch at a corner only are apart there: corners of faces are joined across borders.
     number_corners();
     if (part_.size() == 1) {
-      for (std::size_t k = 0; k < 3; ++k) places_[vertices_[0][k]] = surface.plane(part_[0]).corners[k];
+      for (std::size_t k = 0; k < 3; ++k) places_[vertices_[0][k]] = surface.planes[part_[0]].corners[k];
       return;
     }
     project();
@@ -182,7 +169,7 @@ class FlatLayout {
   [[nodiscard]] std::vector<std::array<double, 2>> scales() const {
     std::vector<std::array<double, 2>> all;
     for (std::size_t i = 0; i < part_.size(); ++i) {
-      const OwnPlane& own = surface_->plane(part_[i]);
+      const OwnPlane& own = surface_->planes[part_[i]];
       for (const double scale : scales_of(own.corners, flat(i))) all.push_back({scale, own.area});
     }
     std::ranges::sort(all);
@@ -254,12 +241,12 @@ class FlatLayout {
     std::map<std::size_t, std::size_t> own;  // of a face of the surface, its place in the part
     for (std::size_t i = 0; i < part_.size(); ++i) own[part_[i]] = i;
     for (std::size_t i = 0; i < part_.size(); ++i)
-      for (const auto& border : surface_->borders(part_[i])) {
+      for (const auto& border : surface_->borders[part_[i]]) {
         const auto found = own.find(border.other);
         if (found == own.end()) continue;
         for (std::size_t k = 0; k < 3; ++k)
           for (std::size_t l = 0; l < 3; ++l)
-            if (surface_->corners(part_[i])[k] == surface_->corners(border.other)[l])
+            if (surface_->corners[part_[i]][k] == surface_->corners[border.other][l])
               parent[root(3 * i + k)] = root(3 * found->second + l);
       }
     std::map<std::size_t, std::size_t> numbers;
@@ -274,7 +261,7 @@ class FlatLayout {
   void project() {
     geometry::Vector3 normal{0, 0, 0};
     for (const std::size_t i : part_)
-      normal = geometry::add(normal, geometry::scale(surface_->normal(i), surface_->plane(i).area));
+      normal = geometry::add(normal, geometry::scale(surface_->normals[i], surface_->planes[i].area));
     normal = geometry::normalised(normal);
     const geometry::Vector3 other =
         std::abs(normal[2]) < 0.9 ? geometry::Vector3{0, 0, 1} : geometry::Vector3{1, 0, 0};
@@ -282,7 +269,7 @@ class FlatLayout {
                up = geometry::cross(normal, right);
     for (std::size_t i = 0; i < part_.size(); ++i)
       for (std::size_t k = 0; k < 3; ++k) {
-        const auto& position = surface_->position(surface_->corners(part_[i])[k]);
+        const auto& position = surface_->positions[surface_->corners[part_[i]][k]];
         places_[vertices_[i][k]] = Flat(geometry::dot(position, right), geometry::dot(position, up));
       }
   }
@@ -298,7 +285,7 @@ class FlatLayout {
     std::vector<Eigen::Triplet<double>> entries;
     weights_.resize(part_.size());
     for (std::size_t i = 0; i < part_.size(); ++i) {
-      const auto& corners = surface_->plane(part_[i]).corners;
+      const auto& corners = surface_->planes[part_[i]].corners;
       for (std::size_t k = 0; k < 3; ++k) {
         const Flat p = corners[k] - corners[(k + 2) % 3], q = corners[(k + 1) % 3] - corners[(k + 2) % 3];
         const Flat turned = std::conj(p) * q;
@@ -321,7 +308,7 @@ class FlatLayout {
   [[nodiscard]] Eigen::MatrixX2d wanted() const {
     Eigen::MatrixX2d sums = Eigen::MatrixX2d::Zero(static_cast<Eigen::Index>(places_.size()), 2);
     for (std::size_t i = 0; i < part_.size(); ++i) {
-      const auto& own = surface_->plane(part_[i]).corners;
+      const auto& own = surface_->planes[part_[i]].corners;
       Flat sum = 0;
       for (std::size_t k = 0; k < 3; ++k)
         sum += weights_[i][k] * (places_[vertices_[i][(k + 1) % 3]] - places_[vertices_[i][k]]) *
@@ -373,7 +360,7 @@ class Flattening {
       : surface_(mesh, std::move(faces)), most_(most) {}
 
   [[nodiscard]] std::vector<FlatPart> parts() {
-    std::vector<std::size_t> all(surface_.size());
+    std::vector<std::size_t> all(surface_.faces.size());
     std::iota(all.begin(), all.end(), std::size_t{0});
     waiting_ = surface_.connected(all);
     while (!waiting_.empty()) {
@@ -402,7 +389,7 @@ class Flattening {
     FlatPart flat;
     flat.rim = layout.rim();
     for (std::size_t i = 0; i < layout.part().size(); ++i) {
-      flat.faces.push_back(surface_.face(layout.part()[i]));
+      flat.faces.push_back(surface_.faces[layout.part()[i]]);
       const auto corners = layout.flat(i);
       auto& places = flat.places.emplace_back();
       for (std::size_t k = 0; k < 3; ++k) places[k] = {corners[k].real(), corners[k].imag()};
@@ -414,34 +401,34 @@ class Flattening {
 
   [[nodiscard]] const geometry::Vector3& farthest_normal(const std::vector<std::size_t>& part,
                                                          const geometry::Vector3& from) const {
-    return surface_.normal(*std::ranges::min_element(
-        part, {}, [&](std::size_t i) { return geometry::dot(surface_.normal(i), from); }));
+    const auto along = [&](std::size_t i) { return geometry::dot(surface_.normals[i], from); };
+    return surface_.normals[*std::ranges::min_element(part, {}, along)];
   }
 
   /// Two groups of normals, by area, with borders that are short.
   [[nodiscard]] std::vector<std::vector<std::size_t>> halves(const std::vector<std::size_t>& part) const {
     std::array<geometry::Vector3, 2> centres{};
-    centres[0] = farthest_normal(part, surface_.normal(part.front()));
+    centres[0] = farthest_normal(part, surface_.normals[part.front()]);
     centres[1] = farthest_normal(part, centres[0]);
     std::map<std::size_t, std::size_t> side;
     double area = 0;
-    for (const std::size_t i : part) area += surface_.plane(i).area;
+    for (const std::size_t i : part) area += surface_.planes[i].area;
     const double border_price = 0.015 * std::sqrt(area);
     for (int round = 0; round < 12; ++round) {
       std::array<geometry::Vector3, 2> sums{};
       for (const std::size_t i : part) {
         std::array<double, 2> cost{};
         for (std::size_t s = 0; s < 2; ++s) {
-          const auto off = geometry::subtract(surface_.normal(i), centres[s]);
-          cost[s] = surface_.plane(i).area * geometry::dot(off, off);
+          const auto off = geometry::subtract(surface_.normals[i], centres[s]);
+          cost[s] = surface_.planes[i].area * geometry::dot(off, off);
         }
-        for (const auto& border : surface_.borders(i))
+        for (const auto& border : surface_.borders[i])
           if (const auto other = side.find(border.other); other != side.end())
             cost[1 - other->second] += border_price * border.length;
         const std::size_t chosen = cost[1] < cost[0] ? 1 : 0;
         side[i] = chosen;
         sums[chosen] =
-            geometry::add(sums[chosen], geometry::scale(surface_.normal(i), surface_.plane(i).area));
+            geometry::add(sums[chosen], geometry::scale(surface_.normals[i], surface_.planes[i].area));
       }
       for (std::size_t s = 0; s < 2; ++s)
         if (geometry::length(sums[s]) > 0) centres[s] = geometry::normalised(sums[s]);
@@ -459,8 +446,8 @@ class Flattening {
       const std::vector<std::size_t>& part) const {
     const auto middle = [&](std::size_t i) {
       geometry::Vector3 sum{0, 0, 0};
-      for (const std::size_t corner : surface_.corners(i))
-        for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += surface_.position(corner)[axis] / 3;
+      for (const std::size_t corner : surface_.corners[i])
+        for (std::size_t axis = 0; axis < 3; ++axis) sum[axis] += surface_.positions[corner][axis] / 3;
       return sum;
     };
     std::vector<geometry::Vector3> middles;
@@ -476,12 +463,12 @@ class Flattening {
 
   /// Joins small parts to those they have the longest border with, where both lie flat together.
   void join() {
-    std::vector<std::size_t> owner(surface_.size());
+    std::vector<std::size_t> owner(surface_.faces.size());
     for (std::size_t p = 0; p < done_.size(); ++p)
       for (const std::size_t i : done_[p]->part()) owner[i] = p;
     const auto area_of = [&](std::size_t p) {
       double sum = 0;
-      for (const std::size_t i : done_[p]->part()) sum += surface_.plane(i).area;
+      for (const std::size_t i : done_[p]->part()) sum += surface_.planes[i].area;
       return sum;
     };
     std::vector<std::size_t> order(done_.size());
@@ -490,7 +477,7 @@ class Flattening {
     for (const std::size_t p : order) {
       std::map<std::size_t, double> borders;
       for (const std::size_t i : done_[p]->part())
-        for (const auto& border : surface_.borders(i))
+        for (const auto& border : surface_.borders[i])
           if (owner[border.other] != p) borders[owner[border.other]] += border.length;
       std::vector<std::pair<double, std::size_t>> tries;
       for (const auto& [other, length] : borders) tries.push_back({-length, other});
