@@ -69,29 +69,16 @@ struct CellsWithObjectness {
   }
 };
 
-/// The same for a head without objectness, and with any number of box channels.
+/// The same for a head where one logit bounds them: the class's, without objectness, or the objectness, with
+/// exclusive classes, a logit of which alone bounds nothing.
 template <std::floating_point T>
-struct CellsOfClasses {
-  const T *box, *of_class;
-  std::size_t count, box_channels;
+struct CellsOfOneBound {
+  const T *box, *bounding;
+  std::size_t count, channels;  ///< from the box on, that make the score beside the logit that bounds it
 
-  [[nodiscard]] T bound(std::size_t cell) const { return std::min(of_class[cell], T(0)); }
+  [[nodiscard]] T bound(std::size_t cell) const { return std::min(bounding[cell], T(0)); }
   [[nodiscard]] T sum(std::size_t cell) const {
-    T total = of_class[cell];
-    for (std::size_t channel = 0; channel < box_channels; ++channel) total += box[channel * count + cell];
-    return total;
-  }
-};
-
-/// The same for a head with objectness and exclusive classes, where a logit alone bounds nothing.
-template <std::floating_point T>
-struct CellsOfExclusiveClasses {
-  const T *box, *objectness;
-  std::size_t count, channels;
-
-  [[nodiscard]] T bound(std::size_t cell) const { return std::min(objectness[cell], T(0)); }
-  [[nodiscard]] T sum(std::size_t cell) const {
-    T total = 0;
+    T total = bounding[cell];
     for (std::size_t channel = 0; channel < channels; ++channel) total += box[channel * count + cell];
     return total;
   }
@@ -147,17 +134,17 @@ template <std::floating_point T>
     const T* const of_class = first + head.class_channel(target.class_index) * cells;
     const auto objectness = head.objectness_channel();
     if (objectness && head.exclusive_classes)
-      detail::search_cells(predictions, candidate, target,
-                           detail::CellsOfExclusiveClasses<T>{box, first + *objectness * cells, cells,
-                                                              head.candidate_channel_count()},
-                           best);
+      detail::search_cells(
+          predictions, candidate, target,
+          detail::CellsOfOneBound<T>{box, first + *objectness * cells, cells, head.candidate_channel_count()},
+          best);
     else if (objectness)
       detail::search_cells(predictions, candidate, target,
                            detail::CellsWithObjectness<T>{box, first + *objectness * cells, of_class, cells},
                            best);
     else
       detail::search_cells(predictions, candidate, target,
-                           detail::CellsOfClasses<T>{box, of_class, cells, head.box_channel_count()}, best);
+                           detail::CellsOfOneBound<T>{box, of_class, cells, head.box_channel_count()}, best);
   }
   return best.found;
 }
