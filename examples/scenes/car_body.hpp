@@ -129,8 +129,7 @@ class CarBody {
     const auto& points = sections_[station].points;
     const double z = (points[row].z + points[row + 1].z) / 2;
     if (x > shape_.front - 0.24 && is_headlight(z)) return materials_.light;
-    if (x < shape_.rear + 0.20 && is_tail_light(z)) return materials_.tail_light;
-    return materials_.body;
+    return x < shape_.rear + 0.20 && is_tail_light(z) ? materials_.tail_light : materials_.body;
   }
 
   [[nodiscard]] std::int32_t window_material(double x, std::size_t row) const {

@@ -174,8 +174,7 @@ inline Colour muted_colour(Random& random) {
   if (draw < 0.62 || !allow_large) return make_pole(random);
   if (draw < 0.70) return make_sign(random);
   if (draw < 0.84) return make_tree(random);
-  if (draw < 0.91) return make_wall(random);
-  return make_billboard(random);
+  return draw < 0.91 ? make_wall(random) : make_billboard(random);
 }
 
 }  // namespace tapestry::scenes

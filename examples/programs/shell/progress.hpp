@@ -11,8 +11,7 @@ namespace tapestry::shell {
 inline std::string duration_text(double seconds) {
   const auto whole = static_cast<long long>(seconds + 0.5);
   if (whole >= 3600) return formatted("%lld:%02lld:%02lld", whole / 3600, whole / 60 % 60, whole % 60);
-  if (whole >= 60) return formatted("%lld:%02lld", whole / 60, whole % 60);
-  return formatted("%lld s", whole);
+  return whole >= 60 ? formatted("%lld:%02lld", whole / 60, whole % 60) : formatted("%lld s", whole);
 }
 
 /// A progress line. On a terminal it is rewritten in place; elsewhere it is printed at most every ten

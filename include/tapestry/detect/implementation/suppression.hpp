@@ -15,8 +15,7 @@ std::vector<Detection> suppress(std::vector<Detection> detections, double iou_th
            std::tuple(-b.confidence, b.head, b.candidate, b.class_index);
   };
   std::sort(detections.begin(), detections.end(), [&](const Detection& a, const Detection& b) {
-    if (per_class && a.class_index != b.class_index) return a.class_index < b.class_index;
-    return is_stronger(a, b);
+    return per_class && a.class_index != b.class_index ? a.class_index < b.class_index : is_stronger(a, b);
   });
   std::vector<Detection> kept;
   for (auto first = detections.begin(); first != detections.end();) {

@@ -174,8 +174,7 @@ class OnnxEncoder {
   [[nodiscard]] static std::int64_t integer_of(const std::string& name, double value) {
     if (std::isnan(value)) throw DomainError({"write_onnx: the integers of '", name, "' hold NaN"});
     if (value >= 0x1p63) return std::numeric_limits<std::int64_t>::max();
-    if (value < -0x1p63) return std::numeric_limits<std::int64_t>::min();
-    return static_cast<std::int64_t>(value);
+    return value < -0x1p63 ? std::numeric_limits<std::int64_t>::min() : static_cast<std::int64_t>(value);
   }
 
   /// The nearest number in single precision. \throws DomainError if it is infinite, and the value is not

@@ -108,8 +108,7 @@ class RecurrentParts {
   [[nodiscard]] bool has(std::size_t input) const { return context_.has_input(input); }
 
   std::string joined(std::vector<std::string> values, std::int64_t axis) {
-    if (values.size() == 1) return values.front();
-    return parts_.add("Concat", std::move(values), {{"axis", axis}});
+    return values.size() == 1 ? values.front() : parts_.add("Concat", std::move(values), {{"axis", axis}});
   }
 
   /// Makes a result, unless the node leaves it out.
