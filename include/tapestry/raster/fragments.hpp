@@ -6,44 +6,19 @@
 
 namespace tapestry::raster {
 
-/// Visits the fragments of a view whose samples are kept: pixels in order, and within a pixel faces in the
-/// order of their first samples. Pictures, texture gradients and silhouettes are computed from this list
-/// alone.
-class FragmentWalk {
- public:
-  FragmentWalk(const VisibilityBuffer& buffer, const geometry::Mesh& mesh,
-               const std::vector<geometry::Vector3>& positions_view, const geometry::Camera& camera,
-               FragmentGrain grain)
-      : buffer_(buffer),
-        scan_(mesh, positions_view, camera, buffer.height, buffer.width, buffer.samples_per_axis),
-        grain_(grain) {}
-
-  /// Calls visit(fragment) for the fragments of pixel rows begin … end − 1. Different rows may be
-  /// walked at the same time.
-  template <class Visit>
-  void walk(std::size_t row_begin, std::size_t row_end, Visit visit) const {
-    detail::FragmentScan scan = scan_;
-    const std::size_t row_samples = buffer_.width * buffer_.samples_per_axis * buffer_.samples_per_axis;
-    for (std::size_t row = row_begin; row < row_end; ++row)
-      scan.scan(buffer_.face.data() + row * row_samples, row, 0, buffer_.width, grain_)
-          .visit(row * buffer_.width, visit);
-  }
-
- private:
-  const VisibilityBuffer& buffer_;
-  detail::FragmentScan scan_;
-  FragmentGrain grain_;
-};
-
-/// All fragments of a view, in the order of FragmentWalk.
+/// The fragments of a view whose samples are kept: pixels in order, and within a pixel faces in the order of
+/// their first samples.
 [[nodiscard]] inline std::vector<Fragment> fragments(const VisibilityBuffer& buffer,
                                                      const geometry::Mesh& mesh,
                                                      const geometry::Camera& camera,
                                                      FragmentGrain grain = FragmentGrain::face) {
   const auto positions_view = positions_in_view(mesh, camera);
+  const std::size_t width = buffer.width, axis = buffer.samples_per_axis;
+  detail::FragmentScan scan(mesh, positions_view, camera, buffer.height, width, axis);
   std::vector<Fragment> result;
-  FragmentWalk(buffer, mesh, positions_view, camera, grain)
-      .walk(0, buffer.height, [&](const Fragment& fragment) { result.push_back(fragment); });
+  const auto add = [&](const Fragment& fragment) { result.push_back(fragment); };
+  for (std::size_t row = 0; row < buffer.height; ++row)
+    scan.scan(buffer.face.data() + row * width * axis * axis, row, 0, width, grain).visit(row * width, add);
   return result;
 }
 
@@ -87,7 +62,7 @@ class FragmentBands {
     return triangles_.positions_view();
   }
 
-  /// Calls visit(fragment) for the fragments of a band in the order of FragmentWalk. Different bands may be
+  /// Calls visit(fragment) for the fragments of a band in the order of fragments(). Different bands may be
   /// visited at the same time.
   /// \pre fragments that are kept are of this grain
   template <class Visit>
@@ -165,7 +140,7 @@ class FragmentBands {
   std::vector<std::vector<Fragment>> kept_;  // of each pixel row
 };
 
-/// The fragments of a view in bands of pixel rows, within each in the order of FragmentWalk.
+/// The fragments of a view in bands of pixel rows, within each in the order of fragments().
 struct FragmentList {
   std::size_t height = 0;
   std::size_t width = 0;

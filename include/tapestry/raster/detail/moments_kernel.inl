@@ -2,19 +2,27 @@
 #include <tapestry/raster/detail/line_kernel.inl>
 
 typedef double EightDoubles __attribute__((vector_size(64)));
+typedef std::int64_t EightLongs __attribute__((vector_size(64)));
 
 /// Adds value_i · {1, b_0, b_1, b_0², b_0·b_1, b_1², 0, 0} to row i of the sums of each point's face.
 inline void add_moments(const MomentBatch& batch, std::array<std::array<double, 8>, 4>* sums) {
+  constexpr EightLongs first_x = {0, -1, 0, -1, -1}, first_y = {0, 0, -1, 0, 0, -1};
+  constexpr EightLongs second_x = {0, 0, 0, -1}, second_y = {0, 0, 0, 0, -1, -1};
+  const EightDoubles one = {1}, ones = {1, 1, 1};
   EightDoubles row[4];
   for (std::size_t i = 0; i < batch.size;) {
     const std::uint32_t slot = batch.slot[i];
     double* const own = sums[slot][0].data();
-    for (std::size_t v = 0; v < 4; ++v) __builtin_memcpy(&row[v], own + 8 * v, sizeof row[v]);
+    __builtin_memcpy(row, own, sizeof row);
     for (; i < batch.size && batch.slot[i] == slot; ++i) {
-      const double x = batch.barycentric[i][0], y = batch.barycentric[i][1];
-      const EightDoubles powers = {1, x, y, x * x, x * y, y * y, 0, 0};
-      for (std::size_t v = 0; v < 4; ++v) row[v] += powers * batch.value[i][v];
+      const EightDoubles x = batch.barycentric[i][0] - EightDoubles{};
+      const EightDoubles y = batch.barycentric[i][1] - EightDoubles{};
+      const EightDoubles powers = (first_x ? x : first_y ? y : one) * (second_x ? x : second_y ? y : ones);
+      row[0] += powers * batch.value[i][0];
+      row[1] += powers * batch.value[i][1];
+      row[2] += powers * batch.value[i][2];
+      row[3] += powers * batch.value[i][3];
     }
-    for (std::size_t v = 0; v < 4; ++v) __builtin_memcpy(own + 8 * v, &row[v], sizeof row[v]);
+    __builtin_memcpy(own, row, sizeof row);
   }
 }

@@ -13,14 +13,16 @@ struct FaceMoments {
   std::array<double, 3> second{};                ///< Σ b_k·(Σ_j σ_j·b_j)
   std::array<double, 3> place{};                 ///< Σ coverage·b
 
-  /// Sets the place and the sums that are derivatives, for σ_j = Σ_c value_c·slope[c][j], from the sums of
-  /// RasterKernels::add_moments().
-  void set(const std::array<std::array<double, 8>, 4>& sums, const ColourSlope<3>& slope) {
+  /// Sets the place, and adds to the derivatives, for σ_j = Σ_c value_c·slope[c][j] and a colour of
+  /// Σ_k b_k·tint[c][k] before the light, from the sums of RasterKernels::add_moments().
+  void set(const std::array<std::array<double, 8>, 4>& sums, const ColourSlope<3>& slope,
+           const ColourSlope<3>& tint) {
     for (std::size_t c = 0; c < 3; ++c) {
       const auto& [whole, x, y, xx, xy, yy, unused_6, unused_7] = sums[c];
       const double z = whole - x - y, xz = x - xx - xy, yz = y - xy - yy, zz = z - xz - yz;
       const std::array<std::array<double, 3>, 3> product{{{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}}};
       const std::array<double, 3> single{x, y, z};
+      light += x * tint[c][0] + y * tint[c][1] + z * tint[c][2];
       for (std::size_t k = 0; k < 3; ++k)
         for (std::size_t j = 0; j < 3; ++j) {
           first[k][j] += single[k] * slope[c][j];
@@ -65,7 +67,7 @@ class MomentSums {
     const std::array<double, 3>& b = fragment.barycentric;
     std::array<double, 3> weight;
     for (std::size_t c = 0; c < 3; ++c) weight[c] = fragment.coverage * static_cast<double>(adjoint[c]);
-    if (is_turning) {
+    if (is_turning && !is_flat_) {  // else visit() finds the light's part
       const auto tinted = colour.tinted(fragment.face, b);
       for (std::size_t c = 0; c < 3; ++c) faces_.all()[place_].light += weight[c] * tinted[c];
     }
@@ -77,13 +79,19 @@ class MomentSums {
 
   /// Calls use(moments) for each face, in the order in which the faces were first met.
   template <class Colour, class Use>
-  void visit(const Colour& colour, Use use) {
+  void visit(const Colour& colour, bool is_turning, Use use) {
     constexpr ColourSlope<3> unit{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     add_batch();
     for (std::size_t i = 0; i < sums_.size(); ++i) {
       const auto& [face, light] = faces_.all()[i];
       FaceMoments moments{face, light};
-      moments.set(sums_[i], colour.has_constant_slope(face) ? colour.slope(face, {}) : unit);
+      const bool is_flat = colour.has_constant_slope(face);
+      ColourSlope<3> tint{};
+      for (std::size_t k = 0; is_turning && is_flat && k < 3; ++k) {
+        const auto at_corner = colour.tinted(face, unit[k]);
+        for (std::size_t c = 0; c < 3; ++c) tint[c][k] = at_corner[c];
+      }
+      moments.set(sums_[i], is_flat ? colour.slope(face, {}) : unit, tint);
       use(moments);
     }
   }

@@ -187,7 +187,7 @@ template <class Colour>
                                     const std::array<double, 2>& step, bool is_turning) {
   BlockShares shares;
   shares.moving.reserve(3 * sums.face_count());
-  sums.visit(colour, [&](FaceMoments& face) {
+  sums.visit(colour, is_turning, [&](FaceMoments& face) {
     const auto corners = corners_in_view(fragments.mesh(), fragments.positions_view(), face.face);
     face.scale(sliver_factor(corners, face.place, step));
     const auto part = moving_texture_adjoint(corners, face);

@@ -46,13 +46,14 @@ namespace tapestry::raster::detail {
     depth += place[k] / coverage * corners[k][2];
   }
   const double scale = depth / geometry::dot(corners[0], c[0]);
-  double slope = 0;
+  double squared_slope = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const geometry::Vector3 change = geometry::subtract(c[k], geometry::scale(sum, place[k] / coverage));
-    slope = std::max(slope, std::abs(scale) * std::hypot(change[0] * step[0], change[1] * step[1]));
+    const double across = change[0] * step[0], down = change[1] * step[1];
+    squared_slope = std::max(squared_slope, scale * scale * (across * across + down * down));
   }
-  const double share = 1 / (slope * least_thickness);
-  return std::isfinite(slope) ? std::min(1.0, share * share) : 0.0;
+  const double share = 1 / (squared_slope * least_thickness * least_thickness);
+  return std::isfinite(squared_slope) ? std::min(1.0, share) : 0.0;
 }
 
 }  // namespace tapestry::raster::detail
