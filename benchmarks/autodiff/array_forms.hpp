@@ -47,8 +47,7 @@ class ArrayForm<Gmm, T> {
   Variable<T> operator()(const ArrayVariable<T, 1>& x) const {
     std::vector<ArrayVariable<T, 2>> terms;
     for (std::size_t j = 0; j < k; ++j) {
-      const ArrayVariable<T, 1> mean = part(x, k + j * d, d);
-      const ArrayVariable<T, 1> logs = part(x, k + k * d + j * Gmm::factor, d);
+      const ArrayVariable<T, 1> mean = part(x, k + j * d, d), logs = part(x, k + k * d + j * Gmm::factor, d);
       const ArrayVariable<T, 1> rest = part(x, k + k * d + j * Gmm::factor + d, below_.size());
       const ArrayVariable<T, 2> turned =
           scatter<2>(exp(logs), detail::places(0, d, d + 1), {d, d}) + scatter<2>(rest, below_, {d, d});
@@ -258,8 +257,7 @@ class ArrayForm<Bundle, T> {
     using Row = ArrayVariable<T, 1>;
     const auto in = [&](std::size_t k) { return gather(input, places_[k]); };
     const auto weight = slice(input, {{{B::first_weight, extents()[0]}}});
-    const Row x = in(11) - in(3), y = in(12) - in(4), z = in(13) - in(5);
-    const Row rx = in(0), ry = in(1), rz = in(2);
+    const Row x = in(11) - in(3), y = in(12) - in(4), z = in(13) - in(5), rx = in(0), ry = in(1), rz = in(2);
     const Row angle = sqrt(square(rx) + square(ry) + square(rz));
     const Row s = sin(angle), c = cos(angle), u = rx / angle, v = ry / angle, w = rz / angle;
     const Row along = (u * x + v * y + w * z) * (1 - c);

@@ -5,8 +5,7 @@
 #include <tapestry/autodiff/functions.hpp>
 
 namespace {
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Tape, tapestry::Variable;
 using Variables = std::vector<Variable<double>>;
 using Inputs = std::span<const Variable<double>>;
 

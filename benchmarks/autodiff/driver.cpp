@@ -15,8 +15,7 @@ namespace fs = std::filesystem;
 
 /// A program beside the driver, and its value of --variant.
 struct Variant {
-  std::string name;
-  std::string program;
+  std::string name, program;
   int threads = 1;              ///< that compute side by side; the seconds are of one of them
   double largest_error = 1e-6;  ///< beyond, it computes something else
   bool is_of_other_build = false;
@@ -57,8 +56,7 @@ const std::vector<Variant> all_variants = {{"plain", "autodiff_tapestry"},
   if (objective == FloatSum::name) return is_one_of(variant.name, {"plain", "naive-float", "array-float"});
   if (variant.name == "naive-float") return false;
   if (variant.name == "array-library-exp") return objective == Softmax::name;
-  if (variant.name.starts_with("array"))
-    return !is_one_of(objective, {Speelpenning::name, Recurrence::name});
+  if (variant.name.starts_with("array")) return !is_one_of(objective, {Speelpenning::name, Recurrence::name});
   return !is_of_jacobians;
 }
 

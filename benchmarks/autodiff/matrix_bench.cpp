@@ -7,11 +7,7 @@
 #include <tapestry/core/random.hpp>
 
 namespace {
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-using tapestry::Array;
-using tapestry::ArrayVariable;
-using tapestry::Tape;
+using Eigen::MatrixXd, Eigen::VectorXd, tapestry::Array, tapestry::ArrayVariable, tapestry::Tape;
 using tapestry::Variable;
 using VariableMatrix = Eigen::Matrix<Variable<double>, Eigen::Dynamic, Eigen::Dynamic>;
 namespace matrix = tapestry::matrix;

@@ -22,9 +22,7 @@ namespace tapestry::benchmarks {
 /// below.
 struct Gmm {
   static constexpr const char* name = "gmm";
-  static constexpr std::size_t d = 10;
-  static constexpr std::size_t k = 25;
-  static constexpr std::size_t points = 1000;
+  static constexpr std::size_t d = 10, k = 25, points = 1000;
   static constexpr std::size_t factor = d * (d + 1) / 2;
 
   std::vector<double> data = uniform(points * d, -1, 1, 7);
@@ -67,8 +65,7 @@ struct Gmm {
 /// Cross-entropy of the softmax of 80 logits in each of 2,000 cells.
 struct Softmax {
   static constexpr const char* name = "softmax";
-  static constexpr std::size_t classes = 80;
-  static constexpr std::size_t cells = 2000;
+  static constexpr std::size_t classes = 80, cells = 2000;
   [[nodiscard]] static std::vector<double> start() { return uniform(classes * cells, -3, 3, 9); }
   [[nodiscard]] static std::size_t label(std::size_t cell) { return cell * 7 % classes; }
 
@@ -104,8 +101,7 @@ struct Iou {
       const S right = smaller<S>(b[0] + b[2] / 2., S(g[0] + g[2] / 2));
       const S top = larger<S>(b[1] - b[3] / 2., S(g[1] - g[3] / 2));
       const S bottom = smaller<S>(b[1] + b[3] / 2., S(g[1] + g[3] / 2));
-      const S w = larger<S>(right - left, S(0.));
-      const S h = larger<S>(bottom - top, S(0.));
+      const S w = larger<S>(right - left, S(0.)), h = larger<S>(bottom - top, S(0.));
       const S intersection = w * h;
       const S both = b[2] * b[3] + g[2] * g[3] - intersection;
       total += 1. - intersection / both;

@@ -7,13 +7,7 @@
 namespace tapestry::benchmarks {
 
 // The functions that objectives call, of numbers as of tapes' scalars.
-using std::atan;
-using std::cos;
-using std::exp;
-using std::log;
-using std::sin;
-using std::sqrt;
-using std::tanh;
+using std::atan, std::cos, std::exp, std::log, std::sin, std::sqrt, std::tanh;
 
 [[nodiscard]] inline std::vector<double> uniform(std::size_t count, double low, double high, unsigned seed) {
   std::mt19937_64 generator(seed);

@@ -4,8 +4,7 @@
 #include <tapestry/autodiff/sparse_hessian.hpp>
 
 namespace {
-using tapestry::HessianPlan;
-using tapestry::JacobianPattern;
+using tapestry::HessianPlan, tapestry::JacobianPattern;
 
 /// Σ (x[i + 1] − x[i]²)² + (1 − x[i])² + x[i] x[i + 2] / 8, of half width 2.
 const auto chain = []<class S>(std::span<const S> x) {

@@ -49,8 +49,7 @@ template <class Make>
 int run_worker(int argc, char** argv, Make make) {
   auto app =
       shell::command_line("Differentiates an objective again and again, for the benchmark that starts it.");
-  std::string case_name;
-  std::string variant;
+  std::string case_name, variant;
   app.add_option("--case", case_name, "Objective")->required();
   std::ptrdiff_t threads = 1;
   app.add_option("--variant", variant, "How it is differentiated");

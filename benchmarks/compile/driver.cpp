@@ -11,8 +11,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Options : DriverOptions {
-  std::string compiler = "g++";
-  std::string level = "-O2";
+  std::string compiler = "g++", level = "-O2";
   std::vector<std::string> include_folders{};
 };
 
@@ -40,8 +39,7 @@ std::size_t line_count(const fs::path& path) {
 struct Row {
   Program program;
   std::size_t preprocessed_lines = 0;
-  std::vector<double> seconds{};
-  std::vector<double> processor_seconds{};
+  std::vector<double> seconds{}, processor_seconds{};
   double peak_memory_mib = 0;
 };
 

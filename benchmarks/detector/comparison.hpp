@@ -9,12 +9,8 @@ namespace tapestry::benchmarks {
 
 /// A way to compute a detector: a program beside the driver, and its value of --engine.
 struct Variant {
-  std::string name;
-  std::string program;
-  std::string engine;
-  bool has_forward = true;
-  bool has_gradient = true;
-  bool has_threads = true;
+  std::string name, program, engine;
+  bool has_forward = true, has_gradient = true, has_threads = true;
 };
 
 /// Every variant of the benchmark.

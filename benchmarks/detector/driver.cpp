@@ -11,16 +11,14 @@ struct Options : DriverOptions {
   std::vector<int> threads{1, 2};
   std::string darknet_cfgs = "/usr/share/darknet/cfg";
   std::string detectors = TAPESTRY_SHARED "/data/detectors";
-  std::string cfg{};
-  std::string weights{};
+  std::string cfg{}, weights{};
   std::size_t size = 416;
 };
 
 /// A network at one size; without weights it gets random ones.
 struct Source {
   std::string name;
-  fs::path cfg;
-  fs::path weights;
+  fs::path cfg, weights;
   std::size_t size;
 };
 

@@ -76,8 +76,7 @@ inline void enlarge_variances(const Problem& problem, Array<float, 1>& parameter
 
 /// The files that every engine of a case reads.
 struct NetworkFiles {
-  std::string cfg;
-  std::string weights;
+  std::string cfg, weights;
 };
 
 /// \param weights  of the network, or empty for random ones

@@ -7,8 +7,7 @@
 namespace tapestry::benchmarks {
 
 struct WorkerOptions {
-  std::string cfg{};
-  std::string weights{};
+  std::string cfg{}, weights{};
   std::size_t size = 416;
   int threads = 1;
   bool wants_gradient = false;

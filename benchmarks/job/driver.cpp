@@ -41,8 +41,7 @@ struct Case {
 
 /// Runs of one program at once.
 struct Variant {
-  std::string name;
-  std::string program;
+  std::string name, program;
   int threads = 1;  ///< of each
   int processes = 1;
 };

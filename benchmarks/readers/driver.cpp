@@ -2,7 +2,6 @@
 // it
 #include <malloc.h>
 
-#include <array>
 #include <ctime>
 #include <regex>
 

@@ -7,8 +7,7 @@
 
 namespace {
 namespace raster = tapestry::raster;
-using tapestry::Array;
-using tapestry::geometry::Vector3;
+using tapestry::Array, tapestry::geometry::Vector3;
 
 constexpr std::size_t texels_along = 1024, field = 64, pixels = 256, samples = 4;
 

@@ -11,8 +11,7 @@ struct WorkerOptions {
   double distance = 5;
   std::size_t size = 256;  ///< width and height of the picture in pixels
   int threads = 1;
-  std::string stage{};
-  std::string variant{};
+  std::string stage{}, variant{};
 };
 
 /// The main function of a program that runs one renderer, which is set up for one stage. run() does the stage

@@ -12,8 +12,7 @@ namespace tapestry::benchmarks {
 /// Options of every driver.
 struct DriverOptions {
   bool is_quick = false;
-  std::string case_pattern{};
-  std::string output{};
+  std::string case_pattern{}, output{};
   Schedule schedule{};
 
   [[nodiscard]] bool takes(const std::string& name) const {
@@ -58,9 +57,7 @@ inline void add_driver_options(CLI::App& app, DriverOptions& options, const std:
 
 /// Where programs are found, results are written and files are kept meanwhile; absolute.
 struct Folders {
-  std::filesystem::path programs;
-  std::filesystem::path output;
-  std::filesystem::path work;
+  std::filesystem::path programs, output, work;
 };
 
 /// Makes the folders of the benchmark `name`.

@@ -7,15 +7,13 @@ namespace tapestry::benchmarks {
 
 struct Point {
   std::string label;
-  double error;
-  double speed;
+  double error, speed;
   bool is_peer;
 };
 
 /// One comparison, drawn as speed (upwards) against error (to the right, logarithmic).
 struct Panel {
-  std::string title;
-  std::string subtitle;
+  std::string title, subtitle;
   std::vector<Point> points{};
   bool is_speed_logarithmic = false;
 };
@@ -60,8 +58,7 @@ class PanelDrawing {
   static constexpr double width = 340, height = 262;
 
   explicit PanelDrawing(const Panel& panel) : panel_(panel) {
-    double least = 1;
-    double most = 0;
+    double least = 1, most = 0;
     for (const Point& point : panel.points) {
       least = std::min(least, point.error);
       most = std::max(most, point.error);
@@ -188,9 +185,7 @@ class PanelDrawing {
   }
 
   const Panel& panel_;
-  double largest_speed_ = 0;
-  double top_speed_ = 1;
-  double step_ = 1;
+  double largest_speed_ = 0, top_speed_ = 1, step_ = 1;
   int first_decade_ = 0, last_decade_ = 1;  // of errors
   int bottom_decade_ = 0, top_decade_ = 1;  // of speeds, on a logarithmic axis
   std::string svg_;

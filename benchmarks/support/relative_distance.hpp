@@ -1,6 +1,5 @@
 #pragma once
 #include <cmath>
-#include <concepts>
 #include <tapestry/core/error.hpp>
 #include <vector>
 
@@ -13,8 +12,7 @@ template <std::floating_point T>
     throw Error(ErrorKind::mismatch,
                 std::to_string(found.size()) + " numbers instead of " + std::to_string(expected.size()));
   }
-  double difference = 0;
-  double norm = 0;
+  double difference = 0, norm = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
     const double d = static_cast<double>(found[i]) - expected[i];
     difference += d * d;

@@ -9,12 +9,9 @@ namespace tapestry::benchmarks {
 
 /// One line of a benchmark's table. What could not be measured has no value.
 struct Result {
-  std::string case_name;
-  std::string variant;
+  std::string case_name, variant;
   int threads = 1;
-  std::optional<double> seconds{};
-  std::optional<double> error{};
-  std::optional<double> memory_mib{};
+  std::optional<double> seconds{}, error{}, memory_mib{};
   std::optional<double> spread{};  ///< of the seconds, see Timing
 };
 

@@ -1,7 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <chrono>
-#include <filesystem>
 #include <memory>
 #include <thread>
 

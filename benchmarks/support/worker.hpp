@@ -29,8 +29,7 @@ class Worker {
   Worker(const std::vector<std::string>& command, const std::vector<std::string>& environment,
          const std::string& folder, const std::string& log)
       : log_(folder + "/" + log) {
-    std::array<int, 2> requests{};
-    std::array<int, 2> replies{};
+    std::array<int, 2> requests{}, replies{};
     if (::pipe2(requests.data(), O_CLOEXEC) != 0 || ::pipe2(replies.data(), O_CLOEXEC) != 0)
       throw Error(ErrorKind::limit, std::string("cannot open a pipe: ") + std::strerror(errno));
     process_.emplace(command, environment, log_, ProcessPlace{folder, requests[0], replies[1]});

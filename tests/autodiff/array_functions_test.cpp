@@ -12,8 +12,7 @@ constexpr double epsilon = std::numeric_limits<double>::epsilon();
 }
 
 TEST_CASE("matmul and affine equal the products worked out by hand", "[autodiff][array_functions]") {
-  const Array<double, 2> a = {{1, 2}, {3, 4}};
-  const Array<double, 2> b = {{5, 6}, {7, 8}};
+  const Array<double, 2> a = {{1, 2}, {3, 4}}, b = {{5, 6}, {7, 8}};
   const ArrayVariable<double, 2> left = a;
   CHECK(matmul(left, b).value() == Array<double, 2>{{19, 22}, {43, 50}});
   CHECK(affine(left, b, Array<double, 1>{1, -1}).value() == Array<double, 2>{{18, 22}, {40, 52}});
@@ -94,8 +93,7 @@ TEST_CASE("special values of array reductions", "[autodiff][array_functions]") {
 }
 
 TEST_CASE("array functions name what does not fit", "[autodiff][array_functions]") {
-  const ArrayVariable<double, 2> x = random_array<double>({2, 3}, 1);
-  const ArrayVariable<double, 2> y = random_array<double>({3, 2}, 2);
+  const ArrayVariable<double, 2> x = random_array<double>({2, 3}, 1), y = random_array<double>({3, 2}, 2);
   CHECK_THROWS_WITH(x + y, "operator+: right operand is [3, 2], expected [2, 3]");
   CHECK_THROWS_WITH(y.value() * x, "operator*: right operand is [2, 3], expected [3, 2]");
   CHECK_THROWS_AS(dot(x, y), ShapeError);

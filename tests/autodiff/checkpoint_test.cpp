@@ -58,8 +58,7 @@ TEST_CASE("results of a checkpoint that nothing depends on cost no work", "[auto
   tape.reverse(Variable<double>(results[0] + 10 * results[1] + results[2]));
   CHECK(calls == 2);
   CHECK(x[0].adjoint() == 3 + 40);
-  const auto frozen = tapestry::checkpoint<double>(products, std::vector<Variable<double>>{2.0, 3.0});
-  CHECK_FALSE(frozen[0].is_active());
+  CHECK_FALSE(tapestry::checkpoint<double>(products, std::vector<Variable<double>>{2.0, 3.0})[0].is_active());
 }
 
 TEST_CASE("the first of a checkpoint's results may be the root, whatever was swept before",
@@ -96,8 +95,7 @@ TEST_CASE("a preaccumulated part is one statement", "[autodiff][segment]") {
 }
 
 TEST_CASE("segments refuse variables of another tape", "[autodiff][segment]") {
-  Tape<double> tape;
-  Tape<double> other;
+  Tape<double> tape, other;
   const auto scope = tape.activate();
   const std::vector<Variable<double>> x = {other.input(1.0), tape.input(1.0)};
   CHECK_THROWS_AS(tapestry::checkpoint<double>(hundred_steps, x), DomainError);

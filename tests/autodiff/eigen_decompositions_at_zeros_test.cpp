@@ -75,8 +75,7 @@ TEST_CASE("determinants have all derivatives at every pattern of zeros, of singu
   for (unsigned pattern = 0; pattern < 512; ++pattern) {
     AnySize<Second> a(3, 3);
     for (unsigned k = 0; k < 9; ++k) {
-      const double number = (pattern >> k & 1U) != 0 ? numbers[k] : 0.0;
-      a(k / 3, k % 3) = Second::input(D::input(number, k), k);
+      a(k / 3, k % 3) = Second::input(D::input((pattern >> k & 1U) != 0 ? numbers[k] : 0.0, k), k);
     }
     const Second found = a.determinant(), expected = determinant_by_rows(a);
     const auto compare = [&](double x, double y) {

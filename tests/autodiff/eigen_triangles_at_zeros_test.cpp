@@ -1,5 +1,4 @@
 #include <Eigen/Sparse>
-#include <memory>
 
 #include "zero_patterns.hpp"
 

@@ -1,6 +1,5 @@
 #include <tapestry/autodiff/functions.hpp>
 
-#include <filesystem>
 #include <fstream>
 #include <set>
 
@@ -14,6 +13,8 @@ using tapestry::Variable, tapestry::test::ActiveTape;
 
 namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
+using Pair = std::array<double, 2>;
+using Triple = std::array<double, 3>;
 
 /// f(x) and f'(x) by the tape.
 template <class T, class Function>
@@ -29,8 +30,7 @@ std::array<T, 2> on_tape(Function f, T x) {
 template <class T, class Function>
 std::array<T, 3> on_tape(Function f, T x, T y) {
   ActiveTape<T> tape;
-  const Variable<T> first = tape.input(x);
-  const Variable<T> second = tape.input(y);
+  const Variable<T> first = tape.input(x), second = tape.input(y);
   const Variable<T> result = f(first, second);
   tape.reverse(result);
   return {result.value(), first.adjoint(), second.adjoint()};
@@ -95,14 +95,11 @@ TEMPLATE_TEST_CASE("functions of two variables agree with central differences",
                    "[autodiff][functions][gradient]", float, double) {
   using T = TestType;
   const auto check = [](const char* name, auto f, std::initializer_list<double> arguments) {
-    check_slope<T>(
-        name, [=](auto x) { return f(x, 2 * x); }, arguments);
-    check_slope<T>(
-        name, [=](auto x) { return f(0.75 - x, x); }, arguments);
-    check_slope<T>(
-        name, [=](auto x) { return f(x, 1.25); }, arguments);
-    check_slope<T>(
-        name, [=](auto x) { return f(1.25, x); }, arguments);
+    const auto along = [=](auto path) { check_slope<T>(name, path, arguments); };
+    along([=](auto x) { return f(x, 2 * x); });
+    along([=](auto x) { return f(0.75 - x, x); });
+    along([=](auto x) { return f(x, 1.25); });
+    along([=](auto x) { return f(1.25, x); });
   };
   check("pow", [](auto x, auto y) { return pow(x, y); }, {0.5, 0.625});
   check("hypot", [](auto x, auto y) { return hypot(x, y); }, {0.5, 2.0, -1.0});
@@ -115,7 +112,6 @@ TEMPLATE_TEST_CASE("functions of two variables agree with central differences",
 
 TEST_CASE("pow at its special points", "[autodiff][functions]") {
   const auto power = [](const auto& x, const auto& y) { return pow(x, y); };
-  using Triple = std::array<double, 3>;
   CHECK(on_tape<double>(power, 0, 0) == Triple{1, 0, 0});
   CHECK(on_tape<double>(power, 0, 1) == Triple{0, 1, 0});
   CHECK(on_tape<double>(power, 0, 2) == Triple{0, 0, 0});
@@ -135,7 +131,6 @@ TEST_CASE("pow at its special points", "[autodiff][functions]") {
 
 TEST_CASE("division by zero has infinite slopes, and NaN only of 0 / 0", "[autodiff][functions]") {
   const auto quotient = [](const auto& x, const auto& y) { return x / y; };
-  using Triple = std::array<double, 3>;
   CHECK(on_tape<double>(quotient, 1, 0) == Triple{infinity, infinity, -infinity});
   CHECK(on_tape<double>(quotient, -1, 0) == Triple{-infinity, infinity, infinity});
   CHECK(on_tape<double>(quotient, 1, -0.0) == Triple{-infinity, -infinity, -infinity});
@@ -144,7 +139,6 @@ TEST_CASE("division by zero has infinite slopes, and NaN only of 0 / 0", "[autod
   CHECK(std::isnan(undefined[0]));
   CHECK(undefined[1] == infinity);
   CHECK(std::isnan(undefined[2]));
-  using Pair = std::array<double, 2>;
   CHECK(on_tape<double>([](const auto& x) { return x / 0.0; }, 3) == Pair{infinity, infinity});
   CHECK(on_tape<double>([](const auto& x) { return 1 / x; }, 0) == Pair{infinity, -infinity});
   const auto masked = [](const auto& x) { return 0 * (1 / x) + 2 * x; };
@@ -153,8 +147,6 @@ TEST_CASE("division by zero has infinite slopes, and NaN only of 0 / 0", "[autod
 }
 
 TEST_CASE("kinks have the subgradients of the documentation", "[autodiff][functions]") {
-  using Pair = std::array<double, 2>;
-  using Triple = std::array<double, 3>;
   CHECK(on_tape<double>([](const auto& x) { return abs(x); }, 0) == Pair{0, 0});
   CHECK(on_tape<double>([](const auto& x) { return sqrt(x); }, 0) == Pair{0, infinity});
   CHECK(on_tape<double>([](const auto& x) { return log(x); }, 0) == Pair{-infinity, infinity});
@@ -178,9 +170,7 @@ TEST_CASE("kinks have the subgradients of the documentation", "[autodiff][functi
 
 TEST_CASE("a larger and a smaller one add up to the slopes of the sum at a tie, too",
           "[autodiff][functions]") {
-  using Triple = std::array<double, 3>;
-  const double infinite = std::numeric_limits<double>::infinity();
-  for (const double at : {0.0, -0.0, 2.0, infinite}) {
+  for (const double at : {0.0, -0.0, 2.0, infinity}) {
     const Triple expected{at + at, 1, 1};
     CHECK(on_tape<double>([](const auto& x, const auto& y) { return max(x, y) + min(x, y); }, at, at) ==
           expected);
@@ -200,8 +190,6 @@ TEST_CASE("the side not taken passes nothing, not even under an infinite adjoint
 }
 
 TEST_CASE("functions built for extremes do not overflow or cancel", "[autodiff][functions]") {
-  using Pair = std::array<double, 2>;
-  using Triple = std::array<double, 3>;
   const auto sigmoid_of = [](const auto& x) { return sigmoid(x); };
   const auto softplus_of = [](const auto& x) { return softplus(x); };
   const auto tanh_of = [](const auto& x) { return tanh(x); };

@@ -194,8 +194,7 @@ TEST_CASE("in a sweep of several roots each is alone", "[autodiff][jacobian]") {
 }
 
 TEST_CASE("adjoint vectors name what does not fit", "[autodiff][jacobian]") {
-  Tape<double> tape;
-  Tape<double> other;
+  Tape<double> tape, other;
   const auto scope = tape.activate();
   const Variable<double> x = tape.input(1.0);
   const Variable<double> stranger = other.input(1.0);

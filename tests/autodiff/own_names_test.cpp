@@ -6,9 +6,7 @@
 // A user's templates, named like functions of ours that <cmath> does not have, and called with an explicit
 // argument. Each returns another value than ours.
 
-using tapestry::Dual;
-using tapestry::Tape;
-using tapestry::Variable;
+using tapestry::Dual, tapestry::Tape, tapestry::Variable;
 
 namespace by_value {
 template <class T>

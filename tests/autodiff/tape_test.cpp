@@ -1,6 +1,5 @@
 #include <tapestry/autodiff.hpp>
 
-#include <memory>
 #include <thread>
 
 #include "../support/active_tape.hpp"
@@ -57,8 +56,7 @@ TEST_CASE("assignment may alias its operands", "[autodiff][tape]") {
 
 TEST_CASE("swapped and moved-from variables keep their derivatives", "[autodiff][tape]") {
   ActiveTape<double> tape;
-  Variable<double> x = tape.input(2.0);
-  Variable<double> y = tape.input(5.0);
+  Variable<double> x = tape.input(2.0), y = tape.input(5.0);
   std::swap(x, y);
   const Variable<double> moved = std::move(x);
   const Variable<double> z = 3 * moved + x * y;  // x still is the second input
@@ -140,8 +138,7 @@ TEST_CASE("a tape is active on one thread at a time, any number of times", "[aut
 }
 
 TEST_CASE("scopes nest, and a variable of another tape is refused", "[autodiff][tape]") {  // T19
-  Tape<double> outer;
-  Tape<double> inner;
+  Tape<double> outer, inner;
   const auto outer_scope = outer.activate();
   const Variable<double> x = outer.input(2.0);
   double slope = 0;
@@ -262,8 +259,7 @@ TEST_CASE("rewind forgets what followed the mark and nothing else", "[autodiff][
 }
 
 TEST_CASE("a position that is no longer on the tape is refused", "[autodiff][tape]") {
-  Tape<double> tape;
-  Tape<double> other;
+  Tape<double> tape, other;
   const auto scope = tape.activate();
   const auto start = tape.mark();
   const Variable<double> x = tape.input(2.0);
@@ -327,8 +323,7 @@ TEST_CASE("a tape may end before its scope", "[autodiff][tape]") {
 }
 
 TEST_CASE("an exception amid recording leaves the tape usable", "[autodiff][tape]") {  // T18
-  Tape<double> tape;
-  Tape<double> other;
+  Tape<double> tape, other;
   const auto scope = tape.activate();
   const Variable<double> x = tape.input(2.0);
   const Variable<double> stranger = other.input(1.0);

@@ -1,8 +1,6 @@
 #include <tapestry/autodiff/functions.hpp>
 #include <tapestry/autodiff/variable.hpp>
 
-#include <algorithm>
-
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 
@@ -12,8 +10,7 @@ TEMPLATE_TEST_CASE("operators have the derivatives worked out by hand", "[autodi
                    double) {
   using T = TestType;
   ActiveTape<T> tape;
-  const Variable<T> x = tape.input(3);
-  const Variable<T> y = tape.input(4);
+  const Variable<T> x = tape.input(3), y = tape.input(4);
   const auto check = [&](const Variable<T>& f, T value, T by_x, T by_y) {
     tape.reverse(f);
     CHECK(f.value() == value);

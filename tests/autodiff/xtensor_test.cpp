@@ -12,8 +12,7 @@ using tapestry::Array, tapestry::Dual, tapestry::Variable, tapestry::test::Activ
 TEST_CASE("xtensor's expressions of variables are differentiated", "[autodiff][xtensor]") {
   ActiveTape<double> tape;
   const Variable<double> a = tape.input(2.0), b = tape.input(4.0);
-  const Array<Variable<double>, 1> x = {a, b, a};
-  const Array<Variable<double>, 1> y = {b, b, a};
+  const Array<Variable<double>, 1> x = {a, b, a}, y = {b, b, a};
   const Array<Variable<double>, 1> z = x * y + 2.0 * x - y / x;
   const Variable<double> total = tapestry::sum(z) * norm(x);
   CHECK(z(0).value() == 10);

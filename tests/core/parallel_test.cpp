@@ -3,9 +3,7 @@
 #include <tapestry/core/platform/memory.hpp>
 
 #include <chrono>
-#include <memory>
 #include <set>
-#include <stdexcept>
 
 #include "../support/catch.hpp"
 #include "../support/threads.hpp"
@@ -140,8 +138,7 @@ TEST_CASE("results are used in order, whatever the number of threads that make t
 }
 
 TEST_CASE("what was made before the first failure is used, on any number of threads", "[core][parallel]") {
-  const int threads = GENERATE(1, 2, 8);
-  const Threads cap(threads);
+  const Threads cap(GENERATE(1, 2, 8));
   std::vector<std::size_t> used;
   const auto use = [&](std::size_t i, bool is_even) {
     CHECK(is_even == (i % 2 == 0));

@@ -43,8 +43,7 @@ detect::Head any_head() {
 
 TEST_CASE("decode on the tape gives the boxes and scores of decode()", "[detect][decode]") {
   const auto head = any_head();
-  const auto family = head.decode;
-  const auto logits = outputs<double>(family);
+  const auto logits = outputs<double>(head.decode);
   const auto decoded = detect::decode<double>(head, logits, height, width);
   for (std::size_t image = 0; image < 2; ++image) {
     const auto expected = detect::decode<double>({head}, {logits}, image, 0, height, width);
@@ -65,8 +64,7 @@ TEST_CASE("decode on the tape gives the boxes and scores of decode()", "[detect]
 TEMPLATE_TEST_CASE("the adjoint of decoded heads agrees with central differences", "[detect][gradient]",
                    float, double) {
   const auto head = any_head();
-  const auto family = head.decode;
-  const auto start = outputs<TestType>(family);
+  const auto start = outputs<TestType>(head.decode);
   const auto direction = test::random_direction<TestType>({2, head.channel_count(), 2, 3}, 2);
   const std::size_t count = head.candidate_count();
   const std::vector<Array<TestType, 3>> weights{random_array<TestType>({2, count, 4}, 3, -0.02, 0.02),

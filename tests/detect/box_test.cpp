@@ -1,8 +1,6 @@
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/box_overlap.hpp>
 
-#include <limits>
-
 #include "../support/catch.hpp"
 
 using namespace tapestry::detect;

@@ -446,8 +446,7 @@ TEST_CASE("outputs whose values are not what their description states are refuse
 
 TEST_CASE("the loss as coded asks for cells, which decoded outputs lack",
           "[detect][graph_detector][decoded]") {
-  const auto kind5 = detect::known_description("yolov5");
-  const auto description = test::yolov5_like(64, kind5.anchors);
+  const auto description = test::yolov5_like(64, detect::known_description("yolov5").anchors);
   const detect::Detector<double> detector(description, one_output(description.outputs.front()));
   const ArrayVariable<double, 4> images = pictures<double>(1, 64);
   const std::vector<tapestry::loss::Target> targets{{1, {30, 32, 28, 20}}};

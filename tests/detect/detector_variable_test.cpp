@@ -35,8 +35,7 @@ TEST_CASE("the gradient of a graph's weights on the tape agrees with central dif
   const bool simplifies = GENERATE(true, false);
   auto description = test::yolox_like(64);
   test::normalise_first(description);
-  const auto kind = detect::known_description("yolox");
-  detect::Detector<double> detector(description, kind, 0, {}, simplifies);
+  detect::Detector<double> detector(description, detect::known_description("yolox"), 0, {}, simplifies);
   const auto start = detector.weights();
   const auto images = pictures<double>(2, 64);
   std::vector<Array<double, 4>> asked;
@@ -84,8 +83,7 @@ TEST_CASE("weights that have learnt are read back from their file, bit for bit",
   const auto after = logits_of(learnt);
   CHECK((after[0] != before[0]));
   const detect::Detector<float> read(io::parse_onnx(written(learnt, bytes), "net.onnx"), kind);
-  const auto again = logits_of(read);
-  CHECK(again == after);
+  CHECK(logits_of(read) == after);
 }
 
 TEST_CASE("of a graph that is not simplified weights keep their names, and batch normalisation learns",

@@ -58,8 +58,7 @@ std::string common_layer(const nn::NetworkDescription& network) {
 }  // namespace
 
 TEST_CASE("the share of a heat map within a mask is its heat there over all of it", "[detect][heat_map]") {
-  const Array<double, 2> heat = {{1.0, 3.0}, {0.0, 4.0}};
-  const Array<double, 2> mask = {{1.0, 0.5}, {1.0, 0.0}};
+  const Array<double, 2> heat = {{1.0, 3.0}, {0.0, 4.0}}, mask = {{1.0, 0.5}, {1.0, 0.0}};
   CHECK(detect::share_within(heat, mask) == 2.5 / 8);
   const Array<double, 2> even = {{2.0, 2.0}, {2.0, 2.0}};
   CHECK(detect::share_within(even, mask) == 2.5 / 4);  // the mask's area
@@ -71,8 +70,7 @@ TEST_CASE("the share of a heat map within a mask is its heat there over all of i
 }
 
 TEST_CASE("heat maps equal what is worked out by hand", "[detect][heat_map]") {
-  const Array<double, 3> values = {{{1.0, 2.0}}, {{3.0, -1.0}}};
-  const Array<double, 3> adjoint = {{{0.5, -0.1}}, {{-1.0, 0.4}}};
+  const Array<double, 3> values = {{{1.0, 2.0}}, {{3.0, -1.0}}}, adjoint = {{{0.5, -0.1}}, {{-1.0, 0.4}}};
   const auto plain = detect::grad_cam(values, adjoint);  // means .2 and −.3
   CHECK(plain(0, 0) == 0);                               // .2 − .9
   CHECK(plain(0, 1) == Approx(0.4 + 0.3));
@@ -217,8 +215,7 @@ TEST_CASE("a Darknet layer's values and adjoint equal their closed form", "[dete
 
 TEST_CASE("adjoints of Darknet layers add up to the slope by their convolution's bias, and change nothing",
           "[detect][heat_map][gradient]") {
-  const std::string cfg = test::cfg_text(GENERATE("every_layer", "fused_layers", "two_heads"));
-  const auto model = darknet(cfg);
+  const auto model = darknet(test::cfg_text(GENERATE("every_layer", "fused_layers", "two_heads")));
   std::vector<std::size_t> layers;
   for (std::size_t i = 0; i < model.config().layers.size(); ++i) layers.push_back(i);
   const auto plain = model.detector(), network = observing(model, layers);
@@ -339,8 +336,7 @@ TEST_CASE("what a layer asks of the pictures agrees with central differences",
     network.forward(test::pictures<double>(1, 16), pass, detect::Mode::input_gradient);
     CHECK_THROWS_AS(network.pull_back_layer(pass, 1, 0, adjoint, gradient), DomainError);
     CHECK_THROWS_AS(network.pull_back_layer(pass, 0, 1, adjoint, gradient), DomainError);
-    const auto other = tapestry::zeros<double, 3>({4, 2, 3});
-    CHECK_THROWS_WITH(network.pull_back_layer(pass, 0, 0, other, gradient),
+    CHECK_THROWS_WITH(network.pull_back_layer(pass, 0, 0, tapestry::zeros<double, 3>({4, 2, 3}), gradient),
                       "Detector::pull_back_layer: layer_adjoint is [4, 2, 3], expected [4, 2, 2]");
   }
 }

@@ -27,8 +27,7 @@ TEST_CASE("torchvision's two stages are read before their suppression", "[detect
 
 TEST_CASE("torchvision's SSD is read before its suppression", "[detect][exports][named_export]") {
   with_export("ssd", [](const std::filesystem::path& folder) {
-    const auto network = io::read_onnx(folder / "leg17.onnx");
-    const auto found = detect::named_export(network, "torchvision", 0, 0);
+    const auto found = detect::named_export(io::read_onnx(folder / "leg17.onnx"), "torchvision", 0, 0);
     CHECK(found.decoded.boxes == "/m/Reshape_output_0");
     CHECK(found.decoded.scores == "/m/head/classification_head/Concat_8_output_0");
     CHECK_FALSE(found.decoded.has_box_for_each_class);

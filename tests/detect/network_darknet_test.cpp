@@ -72,8 +72,7 @@ void check_against_darknet(const detect::DarknetModel<float>& network, const std
   const auto images = random_array<float>({1, network.input_height(), network.input_width(), 3}, 7);
   const auto logits = detect::forward(network.detector(), images);
 
-  std::string cfg_name = cfg_path;
-  std::string weights_name = weights_path;
+  std::string cfg_name = cfg_path, weights_name = weights_path;
   ::network* darknet = load_network(cfg_name.data(), weights_name.data(), 0);
   set_batch_network(darknet, 1);
   auto planes = tapestry::image::planes_of(images);

@@ -301,8 +301,7 @@ FloatErrors float_errors(Case& drawn) {
   moved.forward(rounded(drawn.images, unit, drawn.random), moved_pass, mode);
   single.forward(tapestry::cast<float>(drawn.images), single_pass, mode);
   const auto over = [&](const auto& found, const auto& noisy, const auto& wanted, double scale) {
-    const double error = distance(found, wanted);
-    const double own = distance(wanted, std::vector<double>(wanted.size()));
+    const double error = distance(found, wanted), own = distance(wanted, std::vector<double>(wanted.size()));
     return error / (distance(noisy, wanted) + unit * (own + scale) + std::numeric_limits<double>::min());
   };
   FloatErrors errors;

@@ -51,8 +51,7 @@ std::vector<std::size_t> candidates_of(const std::vector<Detection>& detections)
 TEST_CASE("suppression keeps the most confident of overlapping boxes", "[detect][suppression]") {
   const Detection best{0, 0.9, 1, {10, 10, 4, 4}, 0, 0};
   const Detection near{0, 0.8, 1, {10.5, 10, 4, 4}, 0, 1};
-  const Detection other_class{1, 0.7, 1, {10, 10, 4, 4}, 0, 2};
-  const Detection far{0, 0.6, 1, {30, 10, 4, 4}, 1, 0};
+  const Detection other_class{1, 0.7, 1, {10, 10, 4, 4}, 0, 2}, far{0, 0.6, 1, {30, 10, 4, 4}, 1, 0};
   const auto kept = suppress({far, other_class, near, best}, 0.45);
   REQUIRE(kept.size() == 3);
   CHECK(kept[0].candidate == 0);
@@ -63,8 +62,7 @@ TEST_CASE("suppression keeps the most confident of overlapping boxes", "[detect]
 }
 
 TEST_CASE("equal confidences are ordered by head and candidate", "[detect][suppression]") {
-  const Detection a{0, 0.5, 1, {10, 10, 4, 4}, 0, 7};
-  const Detection b{0, 0.5, 1, {10, 10, 4, 4}, 1, 3};
+  const Detection a{0, 0.5, 1, {10, 10, 4, 4}, 0, 7}, b{0, 0.5, 1, {10, 10, 4, 4}, 1, 3};
   CHECK(suppress({a, b}, 0.45)[0].head == 0);
   CHECK(suppress({b, a}, 0.45)[0].head == 0);
 }

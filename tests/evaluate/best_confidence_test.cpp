@@ -1,7 +1,5 @@
 #include <tapestry/evaluate/detection_rate.hpp>
 
-#include <tapestry/detect/box_decode.hpp>
-
 #include "../support/catch.hpp"
 #include "../support/tiny_heads.hpp"
 

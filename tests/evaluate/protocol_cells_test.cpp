@@ -207,8 +207,7 @@ TEST_CASE("what is kept of an effect is a ratio over the views of both", "[evalu
   for (std::size_t i = 0; i < 36; ++i) {
     outcomes.state(i) = static_cast<std::uint8_t>(FrameState::measured);
     outcomes.best_confidence(i, 1) = 0.1;
-    const std::size_t view = i / 3;
-    outcomes.best_confidence(i, 2) = i % 3 == 0 ? 0.2 : i % 3 == 1 ? 0.4 : view % 2 == 0 ? 0.9 : 0.5;
+    outcomes.best_confidence(i, 2) = i % 3 == 0 ? 0.2 : i % 3 == 1 ? 0.4 : i / 3 % 2 == 0 ? 0.9 : 0.5;
   }
   const auto photographed = [](std::size_t i) { return i % 3 != 2; };
   const auto as_it_is = [](std::size_t i) { return i % 3 == 2; };

@@ -37,8 +37,7 @@ TEST_CASE("plain controls are noise that follows from the seed, and six solid co
 
 TEST_CASE("the controls of a camouflage are matched noise and shuffled patches of it, then plain ones",
           "[evaluate][controls][repeated]") {
-  const auto kind = GENERATE(raster::TextureKind::atlas, raster::TextureKind::cube);
-  const auto car = test::tiny_car(12, kind);
+  const auto car = test::tiny_car(12, GENERATE(raster::TextureKind::atlas, raster::TextureKind::cube));
   const std::size_t texels = car.layout.texel_count(car.mesh);
   const auto colours = test::random_array<float>({texels, 3}, 9);
   const camouflage::Paint<float> paint{colours};
@@ -348,8 +347,7 @@ TEST_CASE("an effect counts a view once, however often it was photographed", "[e
 }
 
 TEST_CASE("a view is prepared once for all its photographs, on any number of threads", "[evaluate][survey]") {
-  const int threads = GENERATE(1, 2, 8);
-  const test::Threads cap(threads);
+  const test::Threads cap(GENERATE(1, 2, 8));
   Fixture fixture;
   std::atomic<int> loads{0};
   auto settings = fixture.store.settings();
@@ -370,8 +368,7 @@ TEST_CASE(
     "pictures before a view that cannot be read are measured, and its error is told, on any number of "
     "threads",
     "[evaluate][survey][bad_input]") {
-  const int threads = GENERATE(1, 2, 8);
-  const test::Threads cap(threads);
+  const test::Threads cap(GENERATE(1, 2, 8));
   Fixture fixture;
   auto store = test::tiny_store<float>(fixture.car, 5, fixture.store.settings(), [](std::size_t i) {
     if (i >= 3) throw std::runtime_error("frame " + std::to_string(i) + " cannot be read");

@@ -14,19 +14,17 @@ raster::PaintedMesh normalised_car() {
 }  // namespace
 
 TEST_CASE("an azimuth on the edge of two sectors belongs to the one that begins there", "[evaluate][views]") {
-  CHECK(evaluate::sector_of(0) == 0);
-  CHECK(evaluate::sector_of(std::nextafter(45.0, 0.0)) == 0);
-  CHECK(evaluate::sector_of(45) == 1);
-  CHECK(evaluate::sector_of(315) == 7);
-  CHECK(evaluate::sector_of(std::nextafter(360.0, 0.0)) == 7);
-  CHECK(evaluate::sector_of(360) == 0);
-  CHECK(evaluate::sector_of(765) == 1);
-  CHECK(evaluate::sector_of(-45) == 7);
-  CHECK(evaluate::sector_of(-46) == 6);
-  CHECK(evaluate::sector_of(-360) == 0);
-  CHECK(evaluate::sector_of(-1e-18) == 7);  // though 360 − 10⁻¹⁸ rounds to 360
-  CHECK_THROWS_AS(evaluate::sector_of(std::numeric_limits<double>::quiet_NaN()), DomainError);
-  CHECK_THROWS_AS(evaluate::sector_of(std::numeric_limits<double>::infinity()), DomainError);
+  const double below_45 = std::nextafter(45.0, 0.0), below_360 = std::nextafter(360.0, 0.0);
+  // 360 − 10⁻¹⁸ rounds to 360.
+  const std::vector<std::pair<double, std::size_t>> sectors{
+      {0, 0},   {below_45, 0}, {45, 1},  {315, 7},  {below_360, 7}, {360, 0},
+      {765, 1}, {-45, 7},      {-46, 6}, {-360, 0}, {-1e-18, 7}};
+  for (const auto& [azimuth_deg, sector] : sectors) {
+    CAPTURE(azimuth_deg);
+    CHECK(evaluate::sector_of(azimuth_deg) == sector);
+  }
+  for (const double azimuth_deg : {std::nan(""), std::numeric_limits<double>::infinity()})
+    CHECK_THROWS_AS(evaluate::sector_of(azimuth_deg), DomainError);
 }
 
 TEST_CASE("the views are the paper's 4,320, 90 to a cell, none twice", "[evaluate][views]") {
@@ -61,8 +59,7 @@ TEST_CASE("a protocol's camera is as far, as high and as wide as it says", "[eva
   CHECK(std::abs(eye[2] - 5) < 1e-12);
   // Half of the picture is tan 30° of the distance: a length of 1 across the axis is 1 / (10 · tan 30°) of
   // it.
-  const auto point = geometry::view_from_world(camera, {1, 0, 0});
-  const auto at = geometry::picture_from_view(camera, point, 100, 100);
+  const auto at = geometry::picture_from_view(camera, geometry::view_from_world(camera, {1, 0, 0}), 100, 100);
   CHECK(std::abs(std::abs(at[1] - 50) - 50 * std::sqrt(3.0) / 10) < 1e-9);
 }
 

@@ -88,8 +88,7 @@ std::vector<std::string> frame_seeds() {
   frame.pose = geometry::CarlaPose{};
   frame.pose->camera_translation = {-4, 0, 2};
   frame.light = raster::Light{};
-  const std::string path = fuzz::folder().path("frame_seed.npz");
-  io::write_frame(path, frame);
+  io::write_frame(fuzz::folder().path("frame_seed.npz"), frame);
   return {fuzz::folder().read("frame_seed.npz")};
 }
 
@@ -106,8 +105,7 @@ std::vector<std::string> checkpoint_seeds() {
   state.adam.first_moment.assign(6, 0.25F);
   state.adam.second_moment.assign(6, 0.125F);
   state.history.resize(2);
-  const std::string path = fuzz::folder().path("checkpoint_seed.npz");
-  camouflage::write_checkpoint(path, state, "settings");
+  camouflage::write_checkpoint(fuzz::folder().path("checkpoint_seed.npz"), state, "settings");
   return {fuzz::folder().read("checkpoint_seed.npz")};
 }
 

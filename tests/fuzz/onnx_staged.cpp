@@ -1,7 +1,6 @@
 // Networks whose extents depend on values, forward and backward, where loops, branches and indices live.
 #include <tapestry/io/onnx/onnx_file.hpp>
 #include <tapestry/nn/network/staged_network.hpp>
-#include <tapestry/nn/workspace.hpp>
 
 #include "../support/looping_models.hpp"
 #include "target.hpp"

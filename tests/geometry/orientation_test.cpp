@@ -31,8 +31,7 @@ TEST_CASE("orientation agrees with whole numbers of 128 bits", "[geometry][orien
   std::mt19937_64 draw(1);
   const auto whole = [&] { return static_cast<std::int64_t>(draw() >> 11U) - (std::int64_t(1) << 52U); };
   for (int repeat = 0; repeat < 2000; ++repeat) {
-    const std::int64_t x = whole() / 4, y = whole() / 4;
-    const std::int64_t dx = whole() / 1024, dy = whole() / 1024;
+    const std::int64_t x = whole() / 4, y = whole() / 4, dx = whole() / 1024, dy = whole() / 1024;
     const std::int64_t factor = static_cast<std::int64_t>(draw() % 7) - 3;
     const std::int64_t off = static_cast<std::int64_t>(draw() % 3) - 1;  // the third point beside the line
     __extension__ using Wide = __int128;

@@ -17,8 +17,7 @@ struct Model {
   std::string text = test::relatives_layers;
   TemporaryFolder folder{};
   std::string cfg = folder.write("some.cfg", text);
-  std::string weights = folder.path("some.weights");
-  std::string converted = folder.path("some.onnx");
+  std::string weights = folder.path("some.weights"), converted = folder.path("some.onnx");
   detect::DarknetModel<float> network =
       test::random_model<float>(io::parse_network_config(text, "some.cfg"), 3);
 

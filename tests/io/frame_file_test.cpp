@@ -19,8 +19,7 @@ Array<std::uint8_t, 3> picture(std::size_t height, std::size_t width, std::size_
 /// Members of a frame file, each of which can be replaced.
 struct Members {
   Array<std::uint8_t, 3> img = picture(2, 3, 3);
-  Array<double, 2> veh_trans = {{1, 2, 0.6}, {0, 90, 0}};
-  Array<double, 2> cam_trans = {{3, 4, 5}, {-45, -126.9, 0}};
+  Array<double, 2> veh_trans = {{1, 2, 0.6}, {0, 90, 0}}, cam_trans = {{3, 4, 5}, {-45, -126.9, 0}};
 
   [[nodiscard]] io::NpzWriter writer() const {
     io::NpzWriter result;

@@ -1,7 +1,5 @@
 #include <tapestry/io/image_file.hpp>
 
-#include <limits>
-
 #include "../support/catch.hpp"
 #include "../support/temporary_folder.hpp"
 

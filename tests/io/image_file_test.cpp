@@ -361,8 +361,7 @@ TEST_CASE("bad pictures are refused", "[io][image][bad_input]") {
   const std::string signature = test::png_signature();
   const std::string header = test::png_header(one);
   const std::string packed = test::zlib_packed(one.rows);
-  const std::string data = png_chunk("IDAT", packed);
-  const std::string end = png_chunk("IEND", "");
+  const std::string data = png_chunk("IDAT", packed), end = png_chunk("IEND", "");
   const auto sized = [](std::uint32_t width, std::uint32_t height) {
     return png({.width = width, .height = height});
   };
@@ -472,8 +471,7 @@ TEST_CASE("every kind of uncompressed BMP is converted by the stated rule", "[io
   };
   for (const Row& row : rows) {
     INFO(row.kind);
-    const std::string path = folder.write("picture.png", row.file + "more");
-    CHECK(values_of(io::read_image(path)) == row.expected);
+    CHECK(values_of(io::read_image(folder.write("picture.png", row.file + "more"))) == row.expected);
   }
   const auto mask = io::read_mask(folder.write("m.bmp", bmp({.rows = bytes({30, 20, 10, 0})})));
   CHECK(mask(0, 0) == float((77 * 10 + 150 * 20 + 29 * 30) / 256) / 255.0F);
@@ -613,8 +611,7 @@ TEST_CASE("a picture with a value that is not finite is not written", "[io][imag
   CHECK_THROWS_AS(io::write_image(folder.path("a.png"), image), NumericError);
   check_refused(ErrorKind::numeric, "row 1, column 2", [&] { io::write_image(folder.path("a.png"), image); });
   CHECK_FALSE(std::filesystem::exists(folder.path("a.png")));
-  const auto two_channels = test::random_array<float>({2, 3, 2}, 1);
-  CHECK_THROWS_AS(io::write_image(folder.path("a.png"), two_channels), ShapeError);
+  CHECK_THROWS_AS(io::write_image(folder.path("a.png"), test::random_array<float>({2, 3, 2}, 1)), ShapeError);
   CHECK_THROWS_AS(io::png_file("a.png", Array<std::uint8_t, 3>(Extents<3>{2, 3, 5})), ShapeError);
   const Array<float, 2> empty(Extents<2>{0, 3});
   CHECK_THROWS_AS(io::write_mask(folder.path("a.png"), empty), ShapeError);

@@ -1,7 +1,6 @@
 #include <tapestry/io/detail/name_numbers.hpp>
 
 #include <map>
-#include <random>
 
 #include "../support/catch.hpp"
 

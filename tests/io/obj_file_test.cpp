@@ -121,8 +121,7 @@ TEST_CASE("a concave polygon covers its own area, with all that belongs to its c
     attributes += "vt 0." + std::to_string(i) + " 0\nvn 0 0 1\n";
     face += " " + std::to_string(i) + "/" + std::to_string(9 - i) + "/" + std::to_string(i);
   }
-  const std::string before = "usemtl a\ng c\nf 1 2 3\n";
-  const std::string after = "\nusemtl b\nf 3 2 1\n";
+  const std::string before = "usemtl a\ng c\nf 1 2 3\n", after = "\nusemtl b\nf 3 2 1\n";
   for (const bool vertices_last : {false, true}) {
     CAPTURE(vertices_last);
     const auto loaded = parse(vertices_last ? before + face + after + vertices + attributes

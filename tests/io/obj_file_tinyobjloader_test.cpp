@@ -27,8 +27,7 @@ TEST_CASE("the real car is read as tinyobjloader reads it", "[io][obj]") {
   CHECK(mesh.positions.size() * 3 == attributes.vertices.size());
   CHECK(mesh.uvs.size() * 2 == attributes.texcoords.size());
   CHECK(mesh.materials.size() == 6);
-  std::size_t differences = 0;
-  std::size_t face = 0;
+  std::size_t differences = 0, face = 0;
   for (const auto& shape : shapes) {
     for (std::size_t corner = 0; corner < shape.mesh.indices.size(); ++corner) {
       const auto& index = shape.mesh.indices[corner];

@@ -28,8 +28,7 @@ TEST_CASE("bad palettes are refused", "[io][palette][bad_input]") {
   };
   for (const auto& [content, kind, text] : rows) {
     INFO(content);
-    const auto path = folder.write("p.txt", content);
-    check_refused(kind, text, [&] { (void)io::read_palette(path); });
+    check_refused(kind, text, [&] { (void)io::read_palette(folder.write("p.txt", content)); });
   }
   std::string many;
   for (int i = 0; i < 4097; ++i) many += "0 0 0\n";

@@ -23,8 +23,7 @@ struct Files {
   detect::DarknetModel<float> model = test::tiny_model<float>();
   std::string config = folder.write("tiny.cfg", test::tiny_network_text());
   std::string names = folder.write("tiny.names", "car\nvan\n");
-  std::string weights = folder.path("tiny.weights");
-  std::string converted = folder.path("tiny.onnx");
+  std::string weights = folder.path("tiny.weights"), converted = folder.path("tiny.onnx");
   std::string onnx = folder.path("net.onnx");
 
   Files() {
@@ -243,8 +242,7 @@ TEST_CASE("an ONNX model for another task is read with a warning", "[io][read_de
 
 TEST_CASE("layers to observe are named as the file names them", "[io][read_detector]") {
   const Files files;
-  const auto network = test::yolox_like(64);
-  const std::string value = network.nodes[4].outputs.front();
+  const std::string value = test::yolox_like(64).nodes[4].outputs.front();
   CHECK(io::read_detector<float>({.weights = files.onnx, .layers = {value}}).layer_shape(0).size() == 4);
   const auto detector =
       io::read_detector<float>({.weights = files.weights, .config = files.config, .layers = {"", "3"}});

@@ -31,8 +31,7 @@ TEST_CASE("attention equals what is worked out by hand", "[loss][attention]") {
 }
 
 TEST_CASE("less heat and smaller parts give less attention", "[loss][attention]") {
-  const Array<double, 2> whole = {{1.0, 1.0, 1.0, 1.0}};
-  const Array<double, 2> fainter = {{1.0, 1.0, 1.0, 0.5}};
+  const Array<double, 2> whole = {{1.0, 1.0, 1.0, 1.0}}, fainter = {{1.0, 1.0, 1.0, 0.5}};
   const Array<double, 2> parted = {{1.0, 1.0, 0.0, 1.0}};
   CHECK(loss::attention(fainter) < loss::attention(whole));
   CHECK(loss::attention(parted) < loss::attention(whole));

@@ -103,8 +103,7 @@ Found table_of_costs(const TinyHeads& detector, const Logits& logits,
 }  // namespace
 
 TEST_CASE("dynamic_matches are those of the full table of costs", "[loss][dynamic_match]") {
-  const auto family = GENERATE(DecodeFamily::yolox, DecodeFamily::distance);
-  const TinyHeads detector(family);
+  const TinyHeads detector(GENERATE(DecodeFamily::yolox, DecodeFamily::distance));
   std::size_t count = 0, shared = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     Logits logits = detector.logits<double>(1, seed, -2, 2);

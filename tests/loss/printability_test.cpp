@@ -98,8 +98,7 @@ TEST_CASE("texels that no face refers to neither count nor move", "[loss][printa
   auto gradient = tapestry::zeros<double, 2>({4, 3});
   loss::non_printability_adjoint(texels, used, red, 0.05, 1.0, gradient);
   for (std::size_t c = 0; c < 3; ++c) CHECK((gradient(1, c) == 0 && gradient(2, c) == 0));
-  const auto none = tapestry::zeros<double, 2>({2, 2});
-  CHECK(loss::non_printability(texels, none, red) == 0);
+  CHECK(loss::non_printability(texels, tapestry::zeros<double, 2>({2, 2}), red) == 0);
   texels(0, 0) = std::numeric_limits<double>::quiet_NaN();
   CHECK(std::isnan(loss::non_printability(texels, used, red)));  // other texels do not hide it
 }

@@ -14,8 +14,7 @@ TEST_CASE("smoothness equals the steps worked out by hand", "[loss][smoothness]"
 }
 
 TEST_CASE("atlas_smoothness equals the steps worked out by hand", "[loss][smoothness]") {
-  const Array<double, 2> texels = {{0.0}, {1.0}, {3.0}, {9.0}};
-  const Array<double, 2> all = {{1.0, 1.0}, {1.0, 1.0}};
+  const Array<double, 2> texels = {{0.0}, {1.0}, {3.0}, {9.0}}, all = {{1.0, 1.0}, {1.0, 1.0}};
   CHECK(loss::atlas_smoothness(texels, all) == 9.0 + 1.0 + 64.0 + 36.0);
   const Array<double, 2> three = {{1.0, 1.0}, {1.0, 0.0}};  // the unused texel pulls on neither neighbour
   CHECK(loss::atlas_smoothness(texels, three) == 10.0);

@@ -97,8 +97,7 @@ TEST_CASE("yolo_training ignores a good box that is not the matched one", "[loss
 }
 
 TEST_CASE("yolo_training_adjoint agrees with central differences", "[loss][yolo_training][gradient]") {
-  const auto decode = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics);
-  const auto heads = two_heads(decode);
+  const auto heads = two_heads(GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics));
   const loss::YoloTrainingOptions options{0.5, 0.6, 0.7, 1.3, 0.9};
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const auto logits = logits_of(heads, seed);
@@ -113,8 +112,7 @@ TEST_CASE("yolo_training_adjoint agrees with central differences", "[loss][yolo_
 }
 
 TEST_CASE("descending yolo_training makes the boxes come out", "[loss][yolo_training]") {
-  const auto decode = GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics);
-  const auto heads = two_heads(decode);
+  const auto heads = two_heads(GENERATE(DecodeFamily::darknet, DecodeFamily::ultralytics));
   auto logits = logits_of(heads, 3);
   for (int step = 0; step < 400; ++step) {
     Logits adjoint{xt::zeros_like(logits[0]), xt::zeros_like(logits[1])};

@@ -20,8 +20,7 @@ TEST_CASE("batch normalisation of a constant, a nearly constant and a huge chann
   CHECK(statistics.variance[0] == 0);
   CHECK(statistics.variance[1] == Approx(1e-30).epsilon(1e-6));
   CHECK(statistics.variance[2] == Approx(1e30).epsilon(1e-6));
-  const std::vector<float> scale{2, 2, 2};
-  const std::vector<float> bias{7, 7, 7};
+  const std::vector<float> scale{2, 2, 2}, bias{7, 7, 7};
   nn::Buffer<float> out(3 * pixels);
   nn::batch_norm(statistics, scale.data(), bias.data(), in.data(), pixels, out.data());
   CHECK(out.data()[0] == 7);

@@ -60,8 +60,7 @@ void check_shape(const nn::ConvolutionShape& s, std::size_t images) {
   const auto weights = random_buffer<T>(s.weight_count(), 2);
   const auto bias = random_buffer<T>(s.out_channels, 3);
   const auto adjoint = random_buffer<T>(images * s.out_size(), 4);
-  std::vector<double> out_expected(images * s.out_size());
-  std::vector<double> in_adjoint_expected(images * s.in_size());
+  std::vector<double> out_expected(images * s.out_size()), in_adjoint_expected(images * s.in_size());
   std::vector<double> weights_adjoint_expected(s.weight_count());
   for (std::size_t n = 0; n < images; ++n) {
     const T* const x = in.data() + n * s.in_size();

@@ -59,8 +59,7 @@ TEST_CASE("NaN reaches every output that reads it, by any engine", "[nn][winogra
   for (const auto engine : engines) {
     CAPTURE(nn::name_of(engine), bad);
     const auto out = convolved<float>(engine, shape, in, weights);
-    bool is_visible = true;
-    bool is_finite_elsewhere = true;
+    bool is_visible = true, is_finite_elsewhere = true;
     for (std::size_t y = 0; y < 11; ++y)
       for (std::size_t x = 0; x < 14; ++x)
         for (std::size_t m = 0; m < 6; ++m) {
@@ -77,8 +76,7 @@ TEST_CASE("NaN reaches every output that reads it, by any engine", "[nn][winogra
 
 TEST_CASE("zeros, constants and denormals go through every engine", "[nn][winograd]") {
   const auto shape = nn::square_convolution(7, 9, 5, 6, 3, 1, 1);
-  nn::Buffer<double> in(shape.in_size());
-  nn::Buffer<double> weights(shape.weight_count());
+  nn::Buffer<double> in(shape.in_size()), weights(shape.weight_count());
   for (std::size_t i = 0; i < weights.size(); ++i) weights.data()[i] = 0.25;
   for (const auto engine : engines) {
     CAPTURE(nn::name_of(engine));
@@ -105,13 +103,11 @@ TEMPLATE_TEST_CASE("every instruction set of this machine transforms alike", "[n
     for (std::size_t which = 0; which < nn::winograd_form_count; ++which) {
       const auto kernels = nn::kernels_of<TestType>(set);
       const auto axis = nn::extents_of(static_cast<nn::WinogradForm>(which));
-      const std::size_t tile = axis.outputs;
-      const std::size_t points = axis.points;
+      const std::size_t tile = axis.outputs, points = axis.points;
       const std::size_t count = points * points;
       const TestType* pixels[36];
       for (std::size_t i = 0; i < count; ++i) pixels[i] = in.data() + i * channels;
-      nn::Buffer<TestType> filters(count * channels);
-      nn::Buffer<TestType> inputs(count * channels);
+      nn::Buffer<TestType> filters(count * channels), inputs(count * channels);
       nn::Buffer<TestType> out(tile * tile * channels);
       kernels.winograd_filters[which]({weights.data(), channels, 1, channels, filters.data(), channels});
       kernels.winograd_input[which]({pixels, 0, channels, inputs.data(), channels});

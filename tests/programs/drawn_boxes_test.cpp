@@ -38,8 +38,7 @@ double luminance(const Colour& c) {
 std::array<double, 3> lab(const Colour& c) {
   const double r = linear(c[0]), g = linear(c[1]), b = linear(c[2]);
   const auto f = [](double t) { return t > 0.008856 ? std::cbrt(t) : 7.787 * t + 16.0 / 116; };
-  const double x = f((0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505);
-  const double y = f(luminance(c));
+  const double x = f((0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505), y = f(luminance(c));
   const double z = f((0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.089);
   return {116 * y - 16, 500 * (x - y), 200 * (y - z)};
 }

@@ -180,6 +180,21 @@ expect_same_report() {
     expect_same "$2/$file" "$3/$file"
   done
 }
+# expect_repeatable_training ENDING WORDS: $train with the options $small has a help, ends with WORDS, gives one.ENDING on any number
+# of threads and other weights by another seed, and writes none where it only validates.
+expect_repeatable_training() {
+  expect_exit 0 "help" "$train" --help
+  grep -q -- '--learning-rate' command.out && pass || fail "help lacks an option"
+  # shellcheck disable=SC2086  # several words on purpose
+  expect_exit 0 "three steps on one thread" "$train" $small --steps 3 --seed 7 --threads 1 --output "one.$1"
+  grep -q "$2" command.out && pass || fail "no validation at the end"
+  expect_exit 0 "three steps on two threads" "$train" $small --steps 3 --seed 7 --threads 2 --output "two.$1"
+  expect_same "one.$1" "two.$1"
+  expect_exit 0 "another seed" "$train" $small --steps 3 --seed 8 --output "other.$1"
+  cmp -s "one.$1" "other.$1" && fail "two seeds give the same weights" || pass
+  expect_exit 0 "only validation" "$train" $small --steps 0 --weights "one.$1" --output "none.$1"
+  [ -e "none.$1" ] && fail "validation alone wrote weights" || pass
+}
 finish() {
   echo "$passes passed, $failures failed"
   [ "$failures" -eq 0 ]

@@ -5,16 +5,7 @@ train=$programs/train_detector
 [ -x "$train" ] || exit 77
 small="--batch 2 --fresh 1 --pool 4 --validate 2"
 
-expect_exit 0 "help" "$train" --help
-grep -q -- '--learning-rate' command.out && pass || fail "help lacks an option"
-expect_exit 0 "three steps on one thread" "$train" $small --steps 3 --seed 7 --threads 1 --output one.weights
-grep -q 'P@0.5' command.out && pass || fail "no validation at the end"
-expect_exit 0 "three steps on two threads" "$train" $small --steps 3 --seed 7 --threads 2 --output two.weights
-expect_same one.weights two.weights
-expect_exit 0 "another seed" "$train" $small --steps 3 --seed 8 --output other.weights
-cmp -s one.weights other.weights && fail "two seeds give the same weights" || pass
-expect_exit 0 "only validation" "$train" $small --steps 0 --weights one.weights --output none.weights
-[ -e none.weights ] && fail "validation alone wrote weights" || pass
+expect_repeatable_training weights "P@0.5"
 
 "$train" $small --steps 1000000 --output "it's stopped.weights" >command.out 2>stopped.err &
 child=$!

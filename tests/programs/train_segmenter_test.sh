@@ -5,18 +5,9 @@ train=$programs/train_segmenter
 [ -x "$train" ] || exit 77
 small="--batch 2 --side 32 --validate 2"
 
-expect_exit 0 "help" "$train" --help
-grep -q -- '--learning-rate' command.out && pass || fail "help lacks an option"
-expect_exit 0 "three steps on one thread" "$train" $small --steps 3 --seed 7 --threads 1 --output one.onnx
-grep -q 'mean IoU' command.out && pass || fail "no validation at the end"
-expect_exit 0 "three steps on two threads" "$train" $small --steps 3 --seed 7 --threads 2 --output two.onnx
-expect_same one.onnx two.onnx
-expect_exit 0 "another seed" "$train" $small --steps 3 --seed 8 --output other.onnx
-cmp -s one.onnx other.onnx && fail "two seeds give the same weights" || pass
+expect_repeatable_training onnx "mean IoU"
 expect_exit 0 "going on" "$train" $small --steps 2 --weights one.onnx --output further.onnx
 cmp -s one.onnx further.onnx && fail "two steps changed nothing" || pass
-expect_exit 0 "only validation" "$train" $small --steps 0 --weights one.onnx --output none.onnx
-[ -e none.onnx ] && fail "validation alone wrote weights" || pass
 
 expect_refusal 2 'did you mean --steps' "a misspelt option" "$train" --stepz 3
 expect_senseless "$train --output refused.onnx" "--steps -3" "--learning-rate nan" "--threads 1000000" "--validate 1000000000000" "--batch 0" "--side 40"

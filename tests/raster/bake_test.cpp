@@ -46,8 +46,7 @@ Array<double, 3> picture_of(const Mesh& mesh, const TextureLayout& layout, const
 }  // namespace
 
 TEST_CASE("cubes baked from an atlas hold its colours at their barycentric coordinates", "[raster][bake]") {
-  const Mesh mesh = screen();
-  const auto baked = raster::bake_cube({mesh, painted, atlas(64)}, ramp(64), cube);
+  const auto baked = raster::bake_cube({screen(), painted, atlas(64)}, ramp(64), cube);
   REQUIRE(baked.shape(0) == 3 * 216);
   // Texel (5, 0, 0) of face 0 is its corner 0, at uv (0, 1), within half a texel of the border.
   CHECK(baked(5 * 36, 0) == Approx(0.2 + 0.25 / 64));

@@ -131,8 +131,7 @@ TEST_CASE("a lookup of texel centres gives texels, and between them their mean",
 TEST_CASE("an outline along columns blends by the share of the pixel that it covers", "[raster][deferred]") {
   // In 10 pixels of 0.4 units the right side lies at column 5 + 2.5·right, here 7.3 and 7.7.
   for (const double right : {0.92, 1.08}) {
-    const auto mesh = rectangle(-1.0, right);
-    const auto pixels = seen(mesh, 10, 10);
+    const auto pixels = seen(rectangle(-1.0, right), 10, 10);
     Array<double, 3> colour = tapestry::zeros<double, 3>({10, 10, 1});
     for (std::size_t i = 0; i < 100; ++i) colour.data()[i] = pixels.face[i] >= 0 ? 2 : 0.5;
     const auto out = raster::antialias(pixels, colour);

@@ -96,8 +96,7 @@ TEST_CASE("the adjoint of a pyramid is its transpose, whatever is used", "[raste
 }
 
 TEST_CASE("a pyramid has the same bits for any number of threads", "[raster][mip_pyramid][threads]") {
-  const auto layout = layout_of(257, 300);
-  const raster::MipPyramid pyramid(layout, patches(257, 300));
+  const raster::MipPyramid pyramid(layout_of(257, 300), patches(257, 300));
   const auto texels = random_array<float>({257 * 300, 3}, 4);
   same_by_threads({1, 2, 5}, [&] {
     auto gradient = tapestry::zeros<float, 2>(texels.shape());
@@ -363,8 +362,7 @@ TEST_CASE("pictures by kernels are those of the operator in double, at borders a
 }
 
 TEST_CASE("lookups have the same bits with any instruction set", "[raster][atlas_filter]") {
-  const auto layout = layout_of(200, 300, TextureFilter::anisotropic);
-  const auto levels = raster::mip_levels(layout);
+  const auto levels = raster::mip_levels(layout_of(200, 300, TextureFilter::anisotropic));
   const auto texels = random_array<float>({levels.back().first_texel + 1, 3}, 8);
   const auto random = random_array<double>({raster::LookupBatch::size, 7}, 9);
   std::vector<std::vector<double>> found;
@@ -419,8 +417,7 @@ TEST_CASE("trilinear comes nearer to the area average than bilinear", "[raster][
     for (std::size_t j = 0; j < 640; ++j)
       for (std::size_t c = 0; c < 3; ++c) mean(i / 8, j / 8, c) += reference(i, j, c) / 64;
   const auto error_of = [&](TextureFilter filter, std::size_t samples) {
-    const auto layout = layout_of(64, 64, filter);
-    const raster::PaintedMesh body{mesh, {1}, layout};
+    const raster::PaintedMesh body{mesh, {1}, layout_of(64, 64, filter)};
     const auto picture = raster::texture_operator<double>(body, Camera{}, 60, 80, raster::Unlit{}, samples);
     return test::relative_distance(
         raster::render(picture, raster::stored_texels(raster::pyramid_of(body), texels)), mean);

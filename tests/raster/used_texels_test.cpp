@@ -29,8 +29,7 @@ Array<double, 2> sampled(const raster::PaintedMesh& body, int samples) {
 
 TEST_CASE("used_texels equals the texels worked out by hand", "[raster][used_texels]") {
   // u from 2/8 to 4/8, v from 4/8 to 6/8: columns 2 to 4 and rows 2 to 4 in texels, lower left half.
-  const auto body = body_of({{{{0.25, 0.75}, {0.25, 0.5}, {0.5, 0.5}}}}, 8, 8);
-  const auto used = raster::used_texels<double>(body);
+  const auto used = raster::used_texels<double>(body_of({{{{0.25, 0.75}, {0.25, 0.5}, {0.5, 0.5}}}}, 8, 8));
   for (std::size_t row = 0; row < 8; ++row)
     for (std::size_t column = 0; column < 8; ++column) {
       // The centres' neighbourhoods of ±1 overlap [2, 4]² within rows 1 to 4 and columns 1 to 4; the upper
@@ -109,8 +108,7 @@ TEST_CASE("a face without extent on a border of the atlas uses what its lookups 
   for (const double at : {0.0, 1.0}) {  // values that files give to faces without a texture
     auto body = body_of({{{{at, at}, {at, at}, {at, at}}}}, 8, 8);
     body.layout.filter = raster::TextureFilter::anisotropic;
-    const auto grey = tapestry::filled<double, 2>({64, 3}, 0.7);
-    const auto levels = (*raster::pyramid_of(body))(grey);
+    const auto levels = (*raster::pyramid_of(body))(tapestry::filled<double, 2>({64, 3}, 0.7));
     for (std::size_t i = 0; i < levels.size(); ++i) REQUIRE(levels.data()[i] == Approx(0.7).epsilon(1e-12));
   }
 }

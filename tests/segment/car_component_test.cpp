@@ -1,7 +1,5 @@
 #include <tapestry/segment/car_component.hpp>
 
-#include <limits>
-
 #include "../support/catch.hpp"
 
 using namespace tapestry;

@@ -80,8 +80,7 @@ class DifferentialRun {
 
   std::string name_;
   double seconds_;
-  std::uint64_t first_ = 1;
-  std::uint64_t cases_ = 0;
+  std::uint64_t first_ = 1, cases_ = 0;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 

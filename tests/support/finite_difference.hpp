@@ -34,8 +34,7 @@ auto dot(const std::vector<Array>& a, const std::vector<Array>& b) {
 template <class Function, class Array>
 auto central_difference(Function f, const Array& x, const Array& v) {
   const auto h = central_difference_step<typename Array::value_type>();
-  Array ahead = x;
-  Array behind = x;
+  Array ahead = x, behind = x;
   for (std::size_t i = 0; i < x.size(); ++i) {
     ahead.data()[i] += h * v.data()[i];
     behind.data()[i] -= h * v.data()[i];

@@ -201,10 +201,7 @@ inline std::string value(const std::string& name, Type type, const std::vector<E
 struct ModelParts {
   std::int64_t ir_version = 8;
   std::vector<std::pair<std::string, std::int64_t>> opsets{{"", 13}};
-  std::vector<std::string> nodes{};
-  std::vector<std::string> initialisers{};
-  std::vector<std::string> inputs{};
-  std::vector<std::string> outputs{};
+  std::vector<std::string> nodes{}, initialisers{}, inputs{}, outputs{};
   std::string more_of_graph{};  ///< any other fields
   std::string more_of_model{};
 };

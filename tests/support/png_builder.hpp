@@ -32,11 +32,8 @@ inline std::string zlib_packed(const std::string& content, int level = 9) {
 
 /// Parts of a PNG; every field can be made wrong.
 struct PngParts {
-  std::uint32_t width = 1;
-  std::uint32_t height = 1;
-  int bits = 8;
-  int colour_type = 0;
-  int interlace = 0;
+  std::uint32_t width = 1, height = 1;
+  int bits = 8, colour_type = 0, interlace = 0;
   std::string rows{};         ///< unpacked picture data, a filter byte before each row
   std::string before_data{};  ///< chunks between header and picture data
 };

@@ -177,8 +177,7 @@ class RandomCfg {
 
   /// A head and the convolution before it.
   [[nodiscard]] std::string head() {
-    const std::size_t classes = 1 + random_.index(3);
-    const std::size_t anchors = 1 + random_.index(2);
+    const std::size_t classes = 1 + random_.index(3), anchors = 1 + random_.index(2);
     std::string text = "[convolutional]\n";
     option("filters", anchors * (5 + classes), text);
     text += random_.chance(0.5) ? "size=3\npad=1\n" : "size=1\n";

@@ -255,8 +255,7 @@ inline nn::NetworkDescription boxes_and_scores(std::size_t size, std::int64_t op
         exporter.add("Reshape", {raw, exporter.integers({1, static_cast<double>(channels), -1})});
     return exporter.add("Transpose", {shaped}, {{"perm", std::vector<std::int64_t>{0, 2, 1}}});
   };
-  const std::string boxes = exporter.add("Sigmoid", {flat(4)});
-  return exporter.finish({boxes, flat(1 + exported_classes)});
+  return exporter.finish({exporter.add("Sigmoid", {flat(4)}), flat(1 + exported_classes)});
 }
 
 template <class T>

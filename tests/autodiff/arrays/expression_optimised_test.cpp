@@ -165,8 +165,7 @@ TEST_CASE("the side that where() does not take cannot poison the gradient", "[au
 
 TEST_CASE("what is constant is not pulled back", "[autodiff][array_expression]") {
   ActiveTape<double> tape;
-  const Row x = tape.input(Array<double, 1>{1, 2});
-  const Row y = tape.input(Array<double, 1>{3, 4});
+  const Row x = tape.input(Array<double, 1>{1, 2}), y = tape.input(Array<double, 1>{3, 4});
   tape.reverse(sum(constant(x) * y));
   CHECK(x.adjoint() == Array<double, 1>{0, 0});
   CHECK(y.adjoint() == Array<double, 1>{1, 2});

@@ -7,8 +7,7 @@ namespace tapestry::test {
 struct WideArray {
   using Wide = long double;
 
-  std::size_t rows = 0;
-  std::size_t columns = 0;
+  std::size_t rows = 0, columns = 0;
   std::vector<Wide> elements{};
 
   /// Element (i, j), where an axis of extent 1 repeats.

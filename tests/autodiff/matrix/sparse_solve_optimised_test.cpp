@@ -87,8 +87,7 @@ TEST_CASE("singular, ill-fitting and empty sparse matrices", "[autodiff][matrix]
   CHECK_THROWS_AS(matrix::solve(equal_rows, b), NumericError);
   CHECK_THROWS_WITH(matrix::solve(Sparse<double>(2, 3), b), "solve: a is [2, 3], expected a square matrix");
   CHECK_THROWS_AS(matrix::solve(Sparse<double>(3, 3), b), ShapeError);
-  const auto none = tape.input(tapestry::zeros<double, 2>({0, 3}));
-  const auto x = matrix::solve(Sparse<double>(0, 0), none);
+  const auto x = matrix::solve(Sparse<double>(0, 0), tape.input(tapestry::zeros<double, 2>({0, 3})));
   CHECK(x.size() == 0);
   tape.reverse(x, x.value());
 }

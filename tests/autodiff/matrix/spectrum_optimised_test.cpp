@@ -141,8 +141,7 @@ TEST_CASE("spectra of nothing are empty, of NaN an error", "[autodiff][matrix]")
   tape.reverse(svd.v, svd.v.value());
   tape.reverse(Variable<double>(matrix::spectral_norm(flat) + matrix::nuclear_norm(flat) +
                                 matrix::frobenius_norm(none)));
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  const auto bad = tape.input(Array<double, 2>{{1, 0}, {nan, 1}});
+  const auto bad = tape.input(Array<double, 2>{{1, 0}, {std::numeric_limits<double>::quiet_NaN(), 1}});
   CHECK_THROWS_WITH(matrix::symmetric_eigen(bad), "symmetric_eigen: a has a number that is not finite");
   CHECK_THROWS_AS(matrix::singular_values(bad), NumericError);
   const Variable<double> norm = matrix::frobenius_norm(bad);
@@ -207,8 +206,7 @@ TEST_CASE("vectors of values that are not 0 have a derivative beside values that
 TEST_CASE("an adjoint that is NaN passes through vectors of equal values as NaN", "[autodiff][matrix]") {
   ActiveTape<double> tape;
   const auto x = tape.input(Array<double, 2>{{1, 0}, {0, 1}});
-  const auto vectors = matrix::symmetric_eigen(x).vectors;
-  tape.reverse(tapestry::sum(vectors * std::numeric_limits<double>::quiet_NaN()));
+  tape.reverse(tapestry::sum(matrix::symmetric_eigen(x).vectors * std::numeric_limits<double>::quiet_NaN()));
   CHECK(std::isnan(x.adjoint()(1, 0)));
   const auto tall =
       tape.input(Array<double, 2>{{1, 2}, {std::numeric_limits<double>::quiet_NaN(), 4}, {3, 6}});

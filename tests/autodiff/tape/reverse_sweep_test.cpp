@@ -178,8 +178,7 @@ TEST_CASE("adjoints that cancel far from where they began are zero", "[autodiff]
 }
 
 TEST_CASE("adjoints of many roots may be moved, and what is left used again", "[autodiff][reverse_sweep]") {
-  LinearProgram large(3, 5000, 12, 1);
-  LinearProgram small(3, 10, 5, 2);
+  LinearProgram large(3, 5000, 12, 1), small(3, 10, 5, 2);
   const auto root_of = [](const LinearProgram& program) {
     return std::vector<Variable<double>>{program.variables().back()};
   };

@@ -9,8 +9,7 @@ using tapestry::DomainError, tapestry::Variable, tapestry::test::ActiveTape;
 TEST_CASE("an operand of partial derivative 1 or -1 costs 4 bytes, any other 12, a statement 1",
           "[autodiff][tape_memory]") {
   ActiveTape<double> tape;
-  const Variable<double> x = tape.input(2.0);
-  const Variable<double> y = tape.input(3.0);
+  const Variable<double> x = tape.input(2.0), y = tape.input(3.0);
   const auto bytes_of = [&](const auto& formula) {
     const auto before = tape.statement_bytes();
     static_cast<void>(Variable<double>(formula));

@@ -2,7 +2,6 @@
 // one error that names the fault, in bounded time and memory.
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-#include <tapestry/core/platform.hpp>
 #include <tapestry/core/random.hpp>
 
 #include "../../support/onnx_builder.hpp"

@@ -4,7 +4,6 @@
 #include <tapestry/nn/detail/network/decomposition.hpp>
 #include <tapestry/nn/network/staged_network.hpp>
 
-#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>

@@ -1,6 +1,5 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-#include <filesystem>
 #include <set>
 
 #include "../../support/catch.hpp"
@@ -120,8 +119,7 @@ TEST_CASE("published tensors of different types hold the same numbers", "[io][on
 
 TEST_CASE("a published comparison has the type and values of its operands' order", "[io][onnx]") {
   if (test::is_absent(published)) return;
-  const nn::Constant a = tensor_of("test_less", "input_0.pb");
-  const nn::Constant b = tensor_of("test_less", "input_1.pb");
+  const nn::Constant a = tensor_of("test_less", "input_0.pb"), b = tensor_of("test_less", "input_1.pb");
   const nn::Constant is_less = tensor_of("test_less", "output_0.pb");
   CHECK(is_less.type == nn::ElementType::boolean);
   REQUIRE(is_less.size() == a.size());

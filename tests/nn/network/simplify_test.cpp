@@ -166,8 +166,7 @@ TEST_CASE("batch normalisations and scalings go into the weights before them", "
   b.node("Sub", {b.constant("r", {}), "e"}, "f");
   b.network.outputs = {"f"};
   check(b, {"Conv"});
-  const auto left = simple(b.network);
-  CHECK(left.constants.size() == 2);
+  CHECK(simple(b.network).constants.size() == 2);
   SECTION("but not where others read the value") {
     b.network.outputs = {"f", "b"};
     check(b, {"Conv", "Mul", "Add", "Div", "Sub"});

@@ -124,8 +124,7 @@ TEST_CASE("types are changed as ONNX says", "[nn][network]") {
 }
 
 TEST_CASE("tensors are made of extents, ranges and indices", "[nn][network]") {
-  const auto fill = numbers({1}, {7});
-  CHECK(results_of({"ConstantOfShape", {}, {{"value", fill}}, {{0, integers({2, 2})}}}, {}) ==
+  CHECK(results_of({"ConstantOfShape", {}, {{"value", numbers({1}, {7})}}, {{0, integers({2, 2})}}}, {}) ==
         std::vector<double>{7, 7, 7, 7});
   CHECK(results_of({"ConstantOfShape", {}, {}, {{0, integers({})}}}, {}) == std::vector<double>{0});
   const auto range = [](double start, double limit, double delta) {

@@ -60,8 +60,7 @@ TEST_CASE("a product's adjoint counts zeros right", "[nn][network][reduction][gr
   const double x[] = {2, 0, 3, 0, 5, 0};
   std::copy_n(x, 6, run.inputs[0].data());
   run.forward(nn::Mode::input_gradient);
-  const auto gradient = run.gradient(1);
-  CHECK(gradient[0] == std::vector<double>{1, 1 + 6 * std::cos(1.0), 1, 1, 1, 1});
+  CHECK(run.gradient(1)[0] == std::vector<double>{1, 1 + 6 * std::cos(1.0), 1, 1, 1, 1});
 }
 
 TEST_CASE("extremes give the first of equal elements the adjoint, and NaN comes first",
