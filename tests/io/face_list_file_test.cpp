@@ -35,7 +35,8 @@ TEST_CASE("bad face lists are refused", "[io][face_list][bad_input]") {  // O30,
   };
   for (const auto& [content, kind, text] : rows) {
     INFO(content);
-    check_refused(kind, text, [&] { (void)io::read_face_list(folder.write("f.txt", content), 3); });
+    const auto path = folder.write("f.txt", content);
+    check_refused(kind, text, [&] { (void)io::read_face_list(path, 3); });
   }
 }
 

@@ -28,7 +28,8 @@ TEST_CASE("bad palettes are refused", "[io][palette][bad_input]") {
   };
   for (const auto& [content, kind, text] : rows) {
     INFO(content);
-    check_refused(kind, text, [&] { (void)io::read_palette(folder.write("p.txt", content)); });
+    const auto path = folder.write("p.txt", content);
+    check_refused(kind, text, [&] { (void)io::read_palette(path); });
   }
   std::string many;
   for (int i = 0; i < 4097; ++i) many += "0 0 0\n";
