@@ -228,8 +228,7 @@ int main(int argc, char** argv) {
   using namespace tapestry;
   auto app = tapestry::shell::command_line(
       "Runs the programs of GradBench on our tape, on CoDiPack's and Adept's, and with derivatives written "
-      "by "
-      "hand, in turn. Build it with the CMake variables TAPESTRY_GRADBENCH and TAPESTRY_CODIPACK, their "
+      "by hand, in turn. Build it with the CMake variables TAPESTRY_GRADBENCH and TAPESTRY_CODIPACK, their "
       "checkouts. Writes gradbench.csv.");
   benchmarks::DriverOptions options;
   benchmarks::add_driver_options(app, options, "3 rounds of 0.1 s", {3, 0.1});

@@ -49,7 +49,10 @@ class FourierAxis {
   }
 
   /// \param to  n values, elsewhere than `from`
-  void forward(const Lanes* from, Lanes* to) const { part(from, to, roots_.size(), 0); }
+  void forward(const Lanes* from, Lanes* to) const {
+    std::vector<Lanes> terms(factors_.empty() ? 0 : *std::ranges::max_element(factors_));
+    part(from, to, roots_.size(), 0, terms.data());
+  }
   /// f[x] = 1/n Σ F[k] · exp(2πi k·x/n)
   void inverse(const Lanes* from, Lanes* to) const {
     const std::size_t n = roots_.size();
@@ -64,8 +67,8 @@ class FourierAxis {
   }
 
  private:
-  /// The transform of n values, every (whole/n)-th from `from` on, by the factors from `depth` on.
-  void part(const Lanes* from, Lanes* to, std::size_t n, std::size_t depth) const {
+  /// Transforms n values, every (whole/n)-th from `from` on, by the factors from `depth` on; joins in terms.
+  void part(const Lanes* from, Lanes* to, std::size_t n, std::size_t depth, Lanes* terms) const {
     const std::size_t step = roots_.size() / n;
     if (n == 1) {
       *to = *from;
@@ -76,12 +79,12 @@ class FourierAxis {
       if (length == 1)
         to[q] = from[q * step];
       else
-        part(from + q * step, to + q * length, length, depth + 1);
+        part(from + q * step, to + q * length, length, depth + 1, terms);
     for (std::size_t k = 0; k < length; ++k)
       if (factor == 4)
         join_four(to + k, length, k * step);
       else
-        join(to + k, length, factor, k, step);
+        join(to + k, length, factor, k, step, terms);
   }
 
   /// Numbers turned by a root.
@@ -114,9 +117,9 @@ class FourierAxis {
   }
 
   /// Joins the values k of `factor` transforms of `length` values, which stand one behind the other.
-  void join(Lanes* to, std::size_t length, std::size_t factor, std::size_t k, std::size_t step) const {
+  void join(Lanes* to, std::size_t length, std::size_t factor, std::size_t k, std::size_t step,
+            Lanes* terms) const {
     const std::size_t whole = roots_.size();
-    std::vector<Lanes> terms(factor);
     for (std::size_t q = 0; q < factor; ++q) terms[q] = to[q * length];
     for (std::size_t j = 0; j < factor; ++j) {
       Lanes sum = terms[0];

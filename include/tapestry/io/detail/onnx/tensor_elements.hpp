@@ -44,8 +44,8 @@ struct OnnxTypeFacts {
   std::uint32_t field = 0;  ///< field of TensorProto that may replace raw_data
   /// Reads so many elements from raw_data.
   ConstantValues (*values)(std::span<const std::byte> bytes, std::size_t count) = nullptr;
-  /// Of a type's integers. 16-bit floats, which are kept as integers of the same bits, and pairs of four-bit
-  /// elements have a range, too. INT64 and UINT64 fill their fields and have none.
+  /// Least and largest number of an integer type. 16-bit floats have one, too: they are kept as integers of
+  /// the same bits. So have pairs of four-bit elements. INT64 and UINT64 fill their fields and have none.
   IntegerRange range{};
 };
 
