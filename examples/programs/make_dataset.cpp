@@ -86,7 +86,8 @@ void describe_views(CLI::App& app, Options& options) {
       "stands in front of it");
   app.add_option("--backgrounds", options.backgrounds,
                  "folder of photographs (PNG, JPEG, BMP, PPM) on whose ground the car is put, instead of "
-                 "streets; those of held-out frames are others than those of the rest")
+                 "streets; those of held-out frames are others than those of the rest, and of other places "
+                 "if their names, without the digits at the end, tell places")
       ->excludes("--elevation")
       ->excludes("--occluded")
       ->excludes(one_street);
@@ -272,19 +273,17 @@ void require_own_folder(const std::string& folder, const Json& manifest) {
 /// Draws the frames of a data set.
 class FrameDrawing {
  public:
-  FrameDrawing(const Options& options, const scenes::Vehicle& vehicle, const std::vector<Photograph>& all)
-      : options_(options), vehicle_(vehicle) {
-    for (const bool held_out : {false, true}) {
+  FrameDrawing(const Options& options, const scenes::Vehicle& vehicle, const PhotographShares& pictures)
+      : options_(options), vehicle_(vehicle), pictures_(pictures) {
+    for (const bool held_out : {false, true})
       if (options.one_street) streets_[held_out ? 1 : 0] = first_street(held_out);
-      if (!all.empty()) pictures_[held_out ? 1 : 0] = share_of(all, options.train, options.test, held_out);
-    }
   }
 
   [[nodiscard]] io::Frame operator()(const FramePlace& place) const {
     const auto [held_out, index] = place;
     const std::size_t count = count_of(held_out);
     Random random = numbers_of(held_out, options_.one_street ? streets_[held_out ? 1 : 0] : index);
-    const auto& pictures = pictures_[held_out ? 1 : 0];
+    const auto& pictures = held_out ? pictures_.test : pictures_.train;
     io::Frame frame =
         pictures.empty() ? scenes::make_frame(random, scene_options(options_, vehicle_, index, count, random),
                                               options_.size)
@@ -323,9 +322,8 @@ class FrameDrawing {
 
   const Options& options_;
   const scenes::Vehicle& vehicle_;
-  // To optimise on and held out.
-  std::array<std::vector<Photograph>, 2> pictures_;
-  std::array<std::uint64_t, 2> streets_{};
+  const PhotographShares& pictures_;
+  std::array<std::uint64_t, 2> streets_{};  // to optimise on and held out
 };
 
 void write_frames(const Options& options, const FrameDrawing& draw, bool held_out) {
@@ -364,7 +362,9 @@ void remark_preview(const CLI::App& app, const Options& options, const std::vect
     remark("field of view of " + std::to_string(pictures.size() - without_fov) + " of " +
            std::to_string(pictures.size()) + " photographs is by their EXIF");
   if (const auto assumed = assumptions(app, options, without_fov == 0); !assumed.empty()) remark(assumed);
-  remark("sun and sky of each frame are drawn at random, not taken from its photograph");
+  remark(
+      "strength and colour of a frame's light are those of the ground around the car, taken for grey "
+      "asphalt; the sun's direction and share are drawn at random");
   remark(
       "  its blue line is the horizon: if it lies below that of a photograph, raise --camera-pitch, if "
       "above, lower it;");
@@ -410,10 +410,16 @@ int make_dataset(const CLI::App& app, Options& options) {
   manifest["frames"] = {{"train", options.train}, {"test", options.test}};
   const RunFolder folder(options.output, !is_there(options.output, ErrorKind::write));
   require_own_folder(options.output, manifest);
-  const FrameDrawing draw(options, vehicle, pictures);
+  const PhotographShares shares = shares_of(pictures, options.train, options.test);
+  const FrameDrawing draw(options, vehicle, shares);
   const std::string preview = options.output + "/preview.png";
   write_preview(preview, options.train, options.test, !pictures.empty(), draw);
   remark_preview(app, options, pictures, preview);
+  if (!shares.train.empty())
+    remark(std::to_string(shares.test.size()) + " of " + std::to_string(pictures.size()) +
+           " photographs are held out, " +
+           (shares.are_apart ? "of other places by their names"
+                             : "of the same places as far as their names tell"));
   if (options.check) return 0;
   if (!is_there(manifest_path(options.output), ErrorKind::write))
     write_text(manifest_path(options.output), exact_text(manifest) + "\n");

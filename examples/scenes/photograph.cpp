@@ -67,16 +67,64 @@ bool shows_whole_vehicle(const Vehicle& vehicle, const PhotographOptions& option
   return true;
 }
 
+std::optional<Colour> ground_colour(const Array<float, 3>& photograph, const geometry::Camera& camera,
+                                    double nearest_m, double farthest_m) {
+  constexpr int rings = 8, spokes = 48;
+  const auto height = static_cast<double>(photograph.shape(0)),
+             width = static_cast<double>(photograph.shape(1));
+  std::array<std::vector<float>, 3> seen;
+  for (int place = 0; place < rings * spokes; ++place) {
+    const double angle = 2 * std::numbers::pi * (place % spokes) / spokes;
+    const double radius = nearest_m + (farthest_m - nearest_m) * (place / spokes) / (rings - 1);
+    const Point view =
+        geometry::view_from_world(camera, {radius * std::cos(angle), radius * std::sin(angle), 0});
+    if (!(view[2] > camera.near)) continue;
+    const auto [row, column] = geometry::picture_from_view(camera, view, height, width);
+    if (!(row >= 0 && row < height && column >= 0 && column < width)) continue;
+    for (std::size_t c = 0; c < 3; ++c)
+      seen[c].push_back(photograph(static_cast<std::size_t>(row), static_cast<std::size_t>(column), c));
+  }
+  if (seen[0].size() < spokes / 4) return std::nullopt;
+  Colour median{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto middle = seen[c].begin() + static_cast<std::ptrdiff_t>(seen[c].size() / 2);
+    std::nth_element(seen[c].begin(), middle, seen[c].end());
+    median[c] = *middle;
+  }
+  return median;
+}
+
+raster::Light light_of_ground(raster::Light sun, const Array<float, 3>& photograph,
+                              const geometry::Camera& camera) {
+  const auto around = ground_colour(photograph, camera, 2.5, 5),
+             wide = ground_colour(photograph, camera, 2.5, 25);
+  if (!around || !wide) return sun;
+  const auto grey = [](const Colour& colour) {
+    return static_cast<double>(colour[0] + colour[1] + colour[2]) / 3;
+  };
+  const double before = sun.ambient + sun.directional * sun.direction[2];
+  const double exposure = std::clamp(grey(*around) / asphalt, 0.15, 1.3);
+  sun.colour = {1, 1, 1};
+  const bool is_in_shade = grey(*around) < 0.6 * grey(*wide);
+  const double direct = is_in_shade ? 0 : sun.directional * sun.direction[2] / before;
+  sun.directional = exposure * direct / sun.direction[2];
+  sun.ambient = exposure * (1 - direct);
+  for (std::size_t c = 0; c < 3 && grey(*around) > 0; ++c)
+    sun.colour[c] = std::clamp(static_cast<double>((*around)[c]) / grey(*around), 0.8, 1.2);
+  return sun;
+}
+
 Scene make_scene_in_photograph(Random& random, Array<float, 3> photograph, const Vehicle& vehicle,
                                const PhotographOptions& options) {
   Scene scene;
   scene.car = vehicle.mesh;
-  scene.light = any_light(random);
+  const raster::Light sun = any_light(random);
   const double aspect = static_cast<double>(photograph.shape(1)) / static_cast<double>(photograph.shape(0));
   const double ahead = draw(random, options.distance_m);
   const double reach = ahead * std::tan(options.fov_deg * std::numbers::pi / 360);
   const double left = random.uniform(-0.6, 0.6) * reach;
   scene.camera = photograph_camera(options, ahead, left, draw(random, options.yaw_rad), aspect);
+  scene.light = light_of_ground(sun, photograph, scene.camera);
   scene.photograph = std::move(photograph);
   SceneBuilder builder(scene);
   SceneOptions car;

@@ -39,7 +39,25 @@ struct PhotographOptions {
 [[nodiscard]] bool shows_whole_vehicle(const Vehicle& vehicle, const PhotographOptions& options,
                                        double aspect);
 
-/// The user's vehicle on the ground of a photograph, with the shadow of some sun.
+/// Encoded reflectance that a road is taken to have, grey: that of asphalt which some years have bleached.
+/// New it returns .05 of the light, old up to .2, encoded .25 and .48. Source: Pomerantz et al., The Effect
+/// of Pavements' Temperatures on Air Temperatures in Large Cities (LBNL-43442, 2000).
+inline constexpr double asphalt = 0.45;
+
+/// Median of each channel on the ground of a photograph, on rings around the car, [0, 1]; none where fewer
+/// than twelve of 384 places lie in the picture. \param camera                 in the frame of the car \param
+/// nearest_m, farthest_m  radii of the first and the last ring
+[[nodiscard]] std::optional<Colour> ground_colour(const Array<float, 3>& photograph,
+                                                  const geometry::Camera& camera, double nearest_m,
+                                                  double farthest_m);
+
+/// The light where the car stands: strength and colour are those that give the ground around it, taken for
+/// asphalt, its colours. Ground of under .6 of what lies around is in shade and has no sun. Direction and
+/// share of the sun stay those given, as does the whole light where no ground is seen.
+[[nodiscard]] raster::Light light_of_ground(raster::Light sun, const Array<float, 3>& photograph,
+                                            const geometry::Camera& camera);
+
+/// The user's vehicle on the ground of a photograph, in its light, with the shadow of some sun.
 /// \param photograph  [H, W, 3], RGB in [0, 1]
 [[nodiscard]] Scene make_scene_in_photograph(Random& random, Array<float, 3> photograph,
                                              const Vehicle& vehicle, const PhotographOptions& options);

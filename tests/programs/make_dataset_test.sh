@@ -124,7 +124,7 @@ grep -qx 'assumed of the camera: field of view 50 to 60 degrees; set --fov to wh
   fail "what is assumed: $(cat command.out)"
 expect_exit 0 "all is given" frames --backgrounds photographs --camera-height 2 --camera-pitch 8 --fov 60 60 --check --output given
 grep -q 'assumed' command.out && fail "what is given is assumed" || pass
-grep -q '^sun and sky of each frame are drawn at random' command.out && pass || fail "the light is assumed in silence"
+grep -q 'taken for grey asphalt; the sun.s direction and share are drawn at random$' command.out && pass || fail "the light is assumed in silence"
 grep -q '^warning: photographs: 3 photographs are few' command.err && grep -q '^warning: photographs/a.png: [0-9]* % of neighbouring pixels are equal' command.err && pass ||
   fail "three drawings are taken for photographs without a word"
 expect_refusal 2 '^error: --fov: one of 2 values is missing before --check; give one number twice for itself$' "one of two numbers" frames --backgrounds photographs --fov 90 --check --output given

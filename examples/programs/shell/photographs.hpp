@@ -103,16 +103,37 @@ std::vector<Photograph> photographs(const std::string& folder, RequireUsable req
   return found;
 }
 
-/// The photographs for frames of one part; the two parts share none.
-/// \param train, test  frames of the parts
-inline std::vector<Photograph> share_of(const std::vector<Photograph>& all, std::size_t train,
-                                        std::size_t test, bool held_out) {
-  const double share = static_cast<double>(test) / static_cast<double>(train + test);
-  const auto wanted = std::lround(share * static_cast<double>(all.size()));
+/// What names of photographs of one place have in common: the stem up to the digits at its end.
+inline std::string place_of(const Photograph& photograph) {
+  const std::string stem = io::path_of(photograph.path).stem().string();
+  return stem.substr(0, stem.find_last_not_of("0123456789") + 1);
+}
+
+/// The photographs of the two parts, to optimise on and held out.
+struct PhotographShares {
+  std::vector<Photograph> train, test;
+  bool are_apart = false;  ///< whether the photographs' names tell places, and the parts share none
+};
+
+/// Divides photographs in the proportion of the frames, the last ones being held out. Where a border of two
+/// places lies near, it is the parts' border. \param all          sorted by name \param train, test  frames
+/// of the parts
+inline PhotographShares shares_of(const std::vector<Photograph>& all, std::size_t train, std::size_t test) {
+  if (train == 0 || all.empty()) return {{}, all};
+  const double share = static_cast<double>(train) / static_cast<double>(train + test);
   const auto count = static_cast<long>(all.size());
-  const auto last = train == 0 ? count : std::clamp<long>(wanted, 1, count - 1);
-  const auto border = all.end() - last;
-  return held_out ? std::vector<Photograph>(border, all.end()) : std::vector<Photograph>(all.begin(), border);
+  const long wanted = std::clamp<long>(std::lround(share * static_cast<double>(count)), 1, count - 1);
+  const auto is_apart = [&](long i) {
+    return i > 0 && i < count &&
+           place_of(all[static_cast<std::size_t>(i - 1)]) != place_of(all[static_cast<std::size_t>(i)]);
+  };
+  long border = wanted;
+  for (long off = 1; 4 * off <= 3 * std::min(wanted, count - wanted) && !is_apart(border); ++off)
+    for (const long i : {wanted - off, wanted + off})
+      if (is_apart(i)) border = i;
+  const auto middle = all.begin() + border;
+  const bool name_places = std::ranges::adjacent_find(all, {}, place_of) != all.end();
+  return {{all.begin(), middle}, {middle, all.end()}, name_places && is_apart(border)};
 }
 
 }  // namespace tapestry::shell
