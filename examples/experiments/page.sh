@@ -9,16 +9,20 @@
 #           the second for ensembles of two and with the third for those of three; all measure, as they are and made sound
 # Paths must have no spaces, quotes or backslashes. In the environment: CAR (options --mesh and --faces or --material; the
 # bundled sedan), LENGTH (its metres), NAMES (file of the detectors' classes), SEEDS ("1 2 3"), DRAWS of matched noise (3),
-# EPOCHS (4), SIZE of pictures (416), PARTS (sound tables stronger hardened results), TABLES (of paper.sh), PROGRAMS, LAUNCH.
+# EPOCHS (4), SIZE of pictures (416), TABLES (of paper.sh), PROGRAMS, LAUNCH, PARTS (sound tables stronger hardened world
+# results), BACKGROUNDS (folder of photographs without cars, named by place, for the part world; else it is left out) and VIEW
+# (their camera, as options of make_dataset).
 set -euo pipefail
 usage() { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
 [ $# -ge 4 ] || usage
 here=$(dirname "$0") output=$1
 shift
-frames=(--train 300 --test 80) validation=40 tune="0.1/10 0.3/0 0.3/1 0.3/10 0.3/30 0.3/100 1/10" tables="8 1 6 2 3 4 7 5 attention" seeds="1 2 3"
+frames=(--train 300 --test 80) world=(--train 300 --test 100) passes=()
+validation=40 tune="0.1/10 0.3/0 0.3/1 0.3/10 0.3/30 0.3/100 1/10" tables="8 1 6 2 3 4 7 5 attention" seeds="1 2 3"
 draws=3 epochs=4 tuning=() hardening=(--rounds 5 --steps 80 --attack-steps 50 --pictures 8)
 if [ "$1" = --quick ]; then
-  frames=(--train 24 --test 8) validation=4 tune="0.3/30" tables=8 seeds=1 draws=2 epochs=1 tuning=(--steps 4 --pictures 4 --clean-scenes 4 --test-scenes 4)
+  frames=(--train 24 --test 8) world=(--train 16 --test 4) passes=(--epochs 1)
+  validation=4 tune="0.3/30" tables=8 seeds=1 draws=2 epochs=1 tuning=(--steps 4 --pictures 4 --clean-scenes 4 --test-scenes 4)
   hardening=(--rounds 1 --steps 2 --attack-steps 2 --pictures 2 --clean-scenes 4 --test-scenes 4)
   shift
 fi
@@ -29,7 +33,7 @@ read -ra mesh <<<"${CAR:-}"
 car=("${mesh[@]}" ${NAMES:+--names "$NAMES"} "${size[@]}")
 source "$here/steps.sh"
 settle "$(printf '%s; ' "${frames[*]}" "${car[*]}" "${LENGTH:-}" "${tuning[*]} ${hardening[*]}" "$SEEDS" \
-  "$DRAWS draws, $EPOCHS passes" "tuned: $tune" "${detectors[*]}")"
+  "$DRAWS draws, $EPOCHS passes" "tuned: $tune" "${detectors[*]}" "${BACKGROUNDS:-} ${VIEW:-}")"
 if [ ! -e "$output/frames.done" ]; then
   "$programs/make_dataset" "${mesh[@]}" ${LENGTH:+--length "$LENGTH"} "${frames[@]}" --seed 1 --output "$output/frames"
   touch "$output/frames.done"
@@ -103,11 +107,31 @@ by_distance() { # TABLE
     "${files[@]}" >>"$output/results/$1.md"
   cp "${files[0]/%csv/svg}" "$output/results/$1-fca.svg"
 }
+# A world that was not drawn: the car in photographs, those of some places held out. Nobody tunes the detectors; paints are
+# made by the program's defaults, for the first detector and for all but one.
+part_world() {
+  [ -n "${BACKGROUNDS:-}" ] || return 0
+  local view i others variants=(fca=)
+  read -ra view <<<"${VIEW:-}"
+  mkdir -p "$output/world"
+  if [ ! -e "$output/world/frames.done" ]; then
+    "$programs/make_dataset" "${mesh[@]}" ${LENGTH:+--length "$LENGTH"} --backgrounds "$BACKGROUNDS" "${view[@]}" "${world[@]}" \
+      --seed 1 --output "$output/world/frames"
+    touch "$output/world/frames.done"
+  fi
+  for i in "${!detectors[@]}"; do
+    others=("${detectors[@]:0:i}" "${detectors[@]:i+1}")
+    variants+=("without_$(basename "${detectors[i]%.*}")=--weights ${others[0]} --ensemble ${others[*]:1}")
+  done
+  NAME=world TITLE="In photographs" FURTHER="${detectors[*]:1}" "$here/variants.sh" "$output/world" \
+    "${car[*]} --weights ${detectors[0]} --frames $output/world/frames ${passes[*]}" "${variants[@]}"
+}
 # Everything that the page cites, in one folder.
 part_results() {
   local file detector runs=()
   mkdir -p "$output/results"
   for file in "$output"/paper/tables/*.{csv,md,svg} "$output"/stronger/tables/variants.{csv,md,svg}; do cp "$file" "$output/results"; done
+  [ -z "${BACKGROUNDS:-}" ] || cp "$output"/world/tables/world.{csv,md,svg} "$output/results"
   for file in 3-views 4-occlusion; do [ ! -e "$output/results/$file.md" ] || by_distance $file; done
   for detector in "${detectors[@]}"; do runs+=("$output/sound/$(basename "${detector%.*}")"); done
   table_of_hardening sound "Detectors fine-tuned without an attack" "${runs[@]}"
@@ -118,4 +142,4 @@ part_results() {
       100 * (more - sqrt(low ^ 2 + right ^ 2)), 100 * (more + sqrt(high ^ 2 + left ^ 2)) }' \
     "$output/results/hardened.csv" >>"$output/results/hardened.md"
 }
-for part in ${PARTS:-sound tables stronger hardened results}; do "part_$part"; done
+for part in ${PARTS:-sound tables stronger hardened world results}; do "part_$part"; done

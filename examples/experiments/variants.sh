@@ -8,7 +8,8 @@
 # COMMON    options of camouflage for all of them, one argument: mesh, detector, frames, epochs; "" for what is bundled
 # OPTIONS   further options of one of them; may be empty. Where they name other --weights, those of COMMON measure it, too
 # Paths must have no spaces. In the environment: SEEDS ("1 2 3"), DRAWS of matched noise (20), FURTHER (weights of further
-# detectors that measure, too), MEASURE (options of evaluate: other frames, --filter), PROTOCOL (digital), QUICK=yes, LAUNCH.
+# detectors that measure, too), MEASURE (options of evaluate: other frames, --filter), PROTOCOL (digital), QUICK=yes, LAUNCH,
+# NAME of the table (variants) and its TITLE (Variants).
 set -euo pipefail
 [ $# -ge 3 ] || { sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" >&2; exit 2; }
 command_line="variants.sh $(printf '%q ' "$@")"
@@ -33,4 +34,4 @@ for variant in "$@"; do
   measure_photographs "$name" "${PROTOCOL:-digital}" "${measured_with[@]}"
   rows+=("$(row "${PROTOCOL:-digital}" "$name")")
 done
-tabulate variants "Variants" "${rows[@]}"
+tabulate "${NAME:-variants}" "${TITLE:-Variants}" "${rows[@]}"

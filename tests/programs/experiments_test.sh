@@ -93,13 +93,17 @@ expect_exit 2 "too few words" bash "$experiments/variants.sh" none
 # Every part of the page of experiments, from one command, and finished parts are not done again: with --long.
 cp second.onnx third.onnx && cp second.onnx fourth.onnx
 page() { # [FOLDER]
-  env -u COMMON -u FRAMES -u FURTHER CAR="--mesh $assets/car_sedan.obj --material body" NAMES="$assets/detector.names" SIZE=128 \
+  env -u COMMON -u FRAMES -u FURTHER BACKGROUNDS=places VIEW="--camera-height 2 --camera-pitch 8" CAR="--mesh $assets/car_sedan.obj --material body" NAMES="$assets/detector.names" SIZE=128 \
     bash "$experiments/page.sh" "${1:-page}" --quick second.onnx third.onnx fourth.onnx
 }
 PARTS=hardened expect_exit 2 "an attack before the search for its options" page early
 expect_error_line 'part tables comes first'
 expect_exit 2 "a page for two detectors" bash "$experiments/page.sh" page second.onnx third.onnx
 if [ "${TAPESTRY_TESTS_LONG:-}" = ON ]; then
+  mkdir places
+  for picture in one1 one2 one3 two1; do
+    expect_exit 0 "a photograph" "$programs/render" --size 120 90 --azimuth "${picture: -1}0" --output "places/$picture.png"
+  done
   expect_exit 0 "the page" page
   options_of() { grep -E '"(learning-rate|smoothness-weight)"' "$1/manifest.json"; }
   for run in stronger/runs/paper-1 hardened/optimised; do
@@ -111,13 +115,15 @@ if [ "${TAPESTRY_TESTS_LONG:-}" = ON ]; then
   settings_of() { sed '/"outputs": {/,/}/d' "$1/manifest.json"; }
   [ "$(diff <(settings_of page/paper/runs/fca-1) <(settings_of page/stronger/runs/paper-1) | grep '^[<>]')" = '<     "loss": "max_score",
 >     "loss": "paper",' ] && pass || fail "paper differs from fca by more than the loss"
-  for file in sound/third-sound.onnx paper/tables/8-resolution.csv stronger/tables/variants.csv hardened/none/metrics.json hardened/optimised/metrics.json; do
+  for file in sound/third-sound.onnx paper/tables/8-resolution.csv stronger/tables/variants.csv hardened/none/metrics.json hardened/optimised/metrics.json \
+    results/world.csv; do
     expect_file "page/$file"
   done
   for name in second-sound third-sound fourth-sound second third fourth; do
     [ "$(grep -cE "^(8|16|32|64|128),$name,adversarial," page/paper/tables/8-resolution.csv)" = 5 ] && pass || fail "$name in the table"
   done
   [ "$(grep -cE '^without_first,(second|third|fourth)(-sound)?,adversarial,' page/stronger/tables/variants.csv)" = 6 ] && pass || fail "a paint for others is not measured by all"
+  [ "$(grep -cE '^(fca|without_(second|third|fourth)),(second|third|fourth),adversarial,4,' page/results/world.csv)" = 12 ] && pass || fail "$(cat page/results/world.csv)"
   grep -q '^blue,second-sound,blue,' page/paper/tables/8-resolution.csv && pass || fail "no plain colours in the table"
   find page -type f -exec sha256sum {} + | sort -k 2 >page.before
   expect_exit 0 "the page once more" page
