@@ -27,6 +27,18 @@ expect_same whole.row shorter.row
 kill_until_done killed 6 2 "${run[@]}" --validation 2
 for file in texture.npz best.npz texture.png metrics.csv; do expect_same "whole/$file" "killed/$file"; done
 
+# With --patience it ends once so many epochs were no better, resumed or not.
+patient=("${shorter[@]}" --validation 2 --epochs 40 --patience 2)
+expect_exit 0 "patience" "${patient[@]}" --output patient
+scores_of() { tr -d '\n ' <"$1/metrics.json" | sed -nE 's/.*"max_score_by_epoch":\[([^]]*)\].*/\1/p' | tr ',' '\n'; }
+scores_of patient | awk '{ if (NR == 1 || $1 < least) { least = $1; at = NR } else if (NR < 40 && NR - at > 2) exit 1 }
+  END { exit !(NR == 40 || NR - at == 2) }' && pass || fail "ended elsewhere: $(scores_of patient)"
+epochs=$(scores_of patient | grep -c .)
+[ "$epochs" -lt 40 ] && [ "$(sed 1d patient/history.csv | wc -l)" = $((3 * epochs)) ] && pass || fail "$epochs epochs, $(sed 1d patient/history.csv | wc -l) steps"
+kill_until_done patient_killed 6 2 "${patient[@]}"
+for file in texture.npz best.npz history.csv metrics.csv; do expect_same "patient/$file" "patient_killed/$file"; done
+expect_refusal 2 '--patience needs --validation above 0' "patience for nothing" "${shorter[@]}" --patience 2 --output none
+
 # The scores are of max_score whatever the loss is, so that runs can be compared.
 for loss in paper vanish; do
   expect_exit 0 "$loss" "${run[@]}" --validation 2 --loss $loss --output $loss

@@ -173,13 +173,20 @@ class CamouflageRun {
     write_text(path("history.csv"), history_csv(training.history()));
   }
 
+  /// The same at all ranks.
+  [[nodiscard]] bool is_stale(const camouflage::Training<float>& training) {
+    const std::size_t patience = options_.optimisation.patience;
+    return patience > 0 && ranks_.any(ranks_.is_first() && validation_->is_stale(training, patience));
+  }
+
   /// \throws Stopped after saving, when a signal arrives at a rank
   void optimise(camouflage::Training<float>& training) {
     ProgressLine progress;
     const auto start = Clock::now();
     std::size_t images = 0;
     const std::uint64_t first = training.steps_taken();
-    while (!training.finished()) {
+    bool ends = training.finished() || is_stale(training);
+    while (!ends) {
       try {
         images += training.step();
       } catch (const NumericError&) {
@@ -188,7 +195,8 @@ class CamouflageRun {
       }
       if (ranks_.is_first()) validation_->follow(training, trial_, train_);
       const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-      progress.show(step_text(training, first, images, seconds), training.finished());
+      ends = training.finished() || is_stale(training);
+      progress.show(step_text(training, first, images, seconds), ends);
       if (ranks_.any(StopSignal::arrived())) {
         save(training);
         throw Stopped{};

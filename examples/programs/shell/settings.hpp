@@ -58,6 +58,7 @@ struct OptimisationSettings {
   std::string start = "zero";
   std::size_t epochs = 0;
   std::size_t validation = 0;
+  std::size_t patience = 0;
   std::size_t batch = 8;
   double worst_views = 1;
   double learning_rate = 0.1;
@@ -187,6 +188,9 @@ void visit_settings(OptimisationSettings& s, Visit visit) {
         at_most_a_million);
   visit("validation", s.validation,
         "training views to try each epoch's paint on instead; the best is kept. 0: the last epoch's is");
+  visit("patience", s.patience,
+        "epochs without a better --validation after which the run ends; 0: never before --epochs",
+        at_most_a_million);
   visit("batch", s.batch, "views a step", of_a_batch);
   visit("worst-views", s.worst_views,
         "share of each step's views to learn from, those of the largest losses (conditional value at risk); "
@@ -226,7 +230,7 @@ inline const nlohmann::ordered_json& values_when_lacking() {
   static const auto values = nlohmann::ordered_json::parse(
       R"({"up": "z", "forward": "x", "object": "car", "scale": "1", "segmenter": "", "filter": "bilinear",
       "colour-space": "encoded", "light": "frame", "unpainted": "materials", "precision": "float", "decode": "",
-      "fit": "", "detector": "", "method": "fca", "palette": "", "validation": "0", "ensemble": "",
+      "fit": "", "detector": "", "method": "fca", "palette": "", "validation": "0", "patience": "0", "ensemble": "",
       "conditions": "", "controls": "all", "paint": "optimised", "attacks": "measured"})");
   return values;
 }
@@ -307,6 +311,7 @@ inline void require_sound(const OptimisationSettings& s, ProblemList& list) {
   list.attempt([&] { (void)image::conditions_by_names(s.conditions); });
   list.require(s.worst_views == 1 || s.batch > 1,
                "--worst-views has nothing to choose from where --batch is 1");
+  list.require(s.patience == 0 || s.validation > 0, "--patience needs --validation above 0");
   list.require(s.palette.empty() || s.objective.printability > 0, "--palette needs --printability above 0");
 }
 

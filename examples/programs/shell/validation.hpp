@@ -63,6 +63,16 @@ class Validation {
     file.write(path_);
   }
 
+  /// Whether an epoch has just ended, and so many up to it were no better than the best one.
+  /// \param patience  0: never
+  [[nodiscard]] bool is_stale(const camouflage::Training<float>& training, std::size_t patience) const {
+    const std::size_t epoch = training.steps_taken() / training.steps_per_epoch();
+    if (patience == 0 || epoch == 0 || training.steps_taken() % training.steps_per_epoch() != 0) return false;
+    // A killed run may have tried more.
+    const auto end = scores_.begin() + static_cast<std::ptrdiff_t>(epoch);
+    return end - std::min_element(scores_.begin(), end) > static_cast<std::ptrdiff_t>(patience);
+  }
+
   /// The parameter of the best epoch; without validation the last one.
   [[nodiscard]] const Array<float, 2>& chosen(const camouflage::Training<float>& training) const {
     return scores_.empty() ? training.parameter() : best_;
