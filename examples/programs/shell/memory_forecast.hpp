@@ -26,13 +26,12 @@ class MemoryForecast {
     const std::uint64_t places = layout_.traits().is_by_face ? car.mesh.faces.size() * edge * edge : texels;
     const std::uint64_t held = options.survey.controls == "all" ? 13 : 6;  // parameter, paints and controls
     const auto files = static_cast<std::uint64_t>(peak_mib() * (1 << 20U));
+    noise_ = evaluate::matched_controls_bytes * places + 4 * copy;  // drawn before the other controls
+    textures_ = held * copy + 12 * sizeof(float) * stored;          // with four pyramids, or files
     parts_ = {{"files", "--weights", {files, files}},
-              {"texture and optimiser", "--texels", {Training::kept_bytes(texels), held * copy}},
+              {"texture and optimiser", "--texels", {Training::kept_bytes(texels), 0}},
               {"pyramid and adjoints", "--texels", {Training::step_bytes(texels, stored), 0}},
-              {"checkpoint", "--texels", {camouflage::checkpoint_copies * Training::kept_bytes(texels), 0}},
-              {"matched noise, files",
-               "--texels",
-               {0, std::max(evaluate::matched_controls_bytes * places, 12 * sizeof(float) * stored)}}};
+              {"checkpoint", "--texels", {camouflage::checkpoint_copies * Training::kept_bytes(texels), 0}}};
   }
 
   /// Prepares some views of a store, passes them through the objective's detectors on the tape, and prints.
@@ -51,7 +50,8 @@ class MemoryForecast {
     parts_.push_back({"prepared views", "--keep-mib", {of(store.size()) + of(further), of(measured)}});
     constexpr std::size_t most = 160, bytes = 30;  // on a sheet; of a pixel, collected, laid out and filed
     const std::size_t pixels = store.settings().height * store.settings().width;
-    parts_.push_back({"pictures", "--frames", {0, std::min(measured, most) * pixels * bytes}});
+    const std::uint64_t pictures = std::min(measured, most) * pixels * bytes;
+    parts_.push_back({"textures measured", "--texels", {0, std::max(noise_, textures_ + pictures)}});
     std::erase_if(views, [](const auto& view) { return view->visible_pixels == 0; });
     const bool is_side_by_side = objective.prefers_views_side_by_side();
     if (!is_side_by_side) views.resize(std::min<std::size_t>(views.size(), 2));
@@ -126,6 +126,7 @@ class MemoryForecast {
 
   const CamouflageOptions& options_;
   raster::TextureLayout layout_;
+  std::uint64_t noise_, textures_;
   std::vector<MemoryPart> parts_;
 };
 
