@@ -98,9 +98,9 @@ TEST_CASE("what a window does not reach is taken from what was kept", "[detect][
   detect::Pass<float> pass;
   detector.forward_within(images, {&kept}, pass);
   const auto before = pass.logits;
-  // Less than the activations of the first layer: rings, not whole maps.
-  CHECK(kept.bytes() > images.size() * sizeof(float));
-  CHECK(kept.bytes() < 32 * 224 * 224 * sizeof(float));
+  // Less than the picture: rings, not whole maps.
+  CHECK(kept.bytes() > 0);
+  CHECK(kept.bytes() < images.size() * sizeof(float));
   for (auto& ring : kept.values().rings)
     for (std::size_t i = 0; i < ring.size(); ++i) ring.data()[i] += 1;
   detector.forward_within(images, {&kept}, pass);
@@ -145,6 +145,10 @@ TEST_CASE("everything is computed again when the rest of a picture, weights, mod
   images(0, 0, 0, 2) = std::numeric_limits<float>::quiet_NaN();
   require_same();
   images(0, 0, 0, 2) = 0;
+  require_same();
+  for (const std::size_t x : {40, 43, 46, 48}) images(0, 3, x, 0) *= -1;  // signs alone, some 32 bytes apart
+  require_same();
+  std::swap(images(0, 200, 0, 0), images(0, 200, 8, 0));
   require_same();
   auto weights = detector.weights();
   weights[7] += 1;

@@ -71,6 +71,23 @@ steps=$(($(wc -l <long52/history.csv) - $(wc -l <long2/history.csv)))
 [ $((($(cat faults52) - $(cat faults2)) / steps)) -le 60 ] && pass ||
   fail "page faults of $steps steps: $(cat faults52) - $(cat faults2)"
 
+# A run first says what memory it will take, and that is what it takes; one that may not take as much does not begin.
+foreseen() { sed -nE 's/^memory, MiB: .* together ([0-9]+); while measuring ([0-9]+).*/\1 \2/p' command.out | tr ' ' '\n' | sort -n | tail -n 1; }
+peak() { sed -nE 's/^[0-9.]+ s, ([0-9]+) MiB at most.*/\1/p' command.err; }
+for words in "" "--scenes 300 --texels 256" "--scenes 16 --texels 512" "--scenes 16 --texture cube --texels 8"; do
+  # shellcheck disable=SC2086  # several words on purpose
+  expect_exit 0 "memory of '$words'" "$camouflage" $words --epochs 1 --threads 2 --verbose --output held
+  off=$(($(foreseen) - $(peak)))
+  [ $((5 * ${off#-})) -le "$(peak)" ] && pass || fail "memory of '$words': $(foreseen) MiB foreseen, $(peak) taken"
+  rm -rf held
+done
+expect_refusal 8 "^error: too little memory: the run needs [0-9]+ MiB and may take 600 .* of which [0-9]+ would fit$" \
+  "too many texels" "$camouflage" --scenes 16 --texels 2048 --memory-mib 600 --output held
+rows=$(sed -nE 's/^error: .*of which ([0-9]+) would fit$/\1/p' command.err)
+[ ! -e held ] && [ "$rows" -ge 400 ] && pass || fail "a folder, or only $rows rows"
+expect_exit 0 "$rows rows, as said" "$camouflage" --scenes 16 --texels "$rows" --memory-mib 600 --epochs 1 --output held
+expect_refusal 8 "^error: too little memory: .* of which [0-9]+ would fit$" "cubes of 32" "$camouflage" --texture cube --texels 32 --output none
+
 expect_exit 0 "evaluate gives the run's figures again" "$programs/evaluate" --run two --output again --film film.png --seconds 0.2
 if command -v python3 >/dev/null; then  # four views; beside the network's input of 256 pixels, three columns have gaps of 4
   expect_exit 0 "the film" python3 "$sources/tests/programs/moving_picture.py" frames film.png 4 200

@@ -2,6 +2,7 @@
 
 #include "camouflage_options.hpp"
 #include "measured_controls.hpp"
+#include "memory_forecast.hpp"
 #include "photo_light_report.hpp"
 #include "reshaped_views.hpp"
 #include "run_page.hpp"
@@ -60,6 +61,9 @@ class CamouflageRun {
     print_warnings(inputs_.warnings);
     inputs_.warnings.clear();
     std::optional<ScopedWorkTimer> work(preparing_);
+    const std::size_t further = inputs_.frames.held_out ? test_.size() : 0;
+    if (ranks_.is_first())
+      MemoryForecast(options_, inputs_.car.painted).complete(train_, objective_, further);
     auto usable_train = prepared(train_);
     auto& test = inputs_.frames.held_out ? test_ : train_;
     const auto usable_test = inputs_.frames.held_out ? prepared(test) : usable_train;  // all of them
@@ -74,16 +78,21 @@ class CamouflageRun {
     open_folder();
     work.reset();
 
-    camouflage::Training<float> training(objective_, train_, usable_train, std::move(start_parameter),
-                                         training_options(epochs));
-    if (options_.resume) restore(training);
+    std::optional<camouflage::Training<float>> training(std::in_place, objective_, train_, usable_train,
+                                                        std::move(start_parameter), training_options(epochs));
+    if (options_.resume) restore(*training);
     if (ranks_.count() > 1)
-      training.share({ranks_.count(), ranks_.index(),
-                      [&](const std::vector<double>& own) { return ranks_.gathered(own); }});
-    optimise(training);
+      training->share({ranks_.count(), ranks_.index(),
+                       [&](const std::vector<double>& own) { return ranks_.gathered(own); }});
+    optimise(*training);
     if (!ranks_.is_first()) return;
     work.emplace(reporting_);
-    report(training, test, usable_test, start);
+    const auto parameter = validation_->chosen(*training);
+    const auto history = training->history();
+    training.reset();  // gives back what measuring does not need
+    if (inputs_.frames.held_out) train_.release();
+    platform::PagePool::shared().release();
+    report(parameter, history, test, usable_test, start);
     work.reset();
     if (options_.profile) print_stretches();
   }
@@ -211,10 +220,9 @@ class CamouflageRun {
       print_kept_layers(objective_.kept_layers(member));
   }
 
-  void report(const camouflage::Training<float>& training, camouflage::ViewStore<float>& test,
-              std::vector<std::size_t> usable, Clock::time_point start) {
+  void report(const Array<float, 2>& parameter, const std::vector<camouflage::ObjectiveTerms>& history,
+              camouflage::ViewStore<float>& test, std::vector<std::size_t> usable, Clock::time_point start) {
     const auto& method = objective_.method();
-    const auto& parameter = validation_->chosen(training);
     const camouflage::Paint<float> paint{camouflage::method_colours(method, parameter),
                                          camouflage::painted_texels(method)};
     evaluate::SurveyedTextures textures{
@@ -240,6 +248,7 @@ class CamouflageRun {
     const SideBySide side_by_side(watch, usable.size());
     RunReport report;
     report.survey = evaluate::survey(meter, test, usable, textures, watch);
+    platform::PagePool::shared().release();
     write_paint_files(parameter, paint, offsets, textures.controls);
     const auto& car = reshaped ? reshaped->car() : inputs_.car.painted;
     write_painted(car, paint.colours);
@@ -249,7 +258,7 @@ class CamouflageRun {
       write_text(path("light.json"), report_text(PhotoLightReport(test, usable, inputs_.car.painted).json()));
     write_sheets(before, after);
     report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    report.history = training.history();
+    report.history = history;
     add_facts(textures, report);
     io::write_image(path("side_by_side.png"), side_by_side.sheet(watch.views()));
     write_report(report, list_of(report, watch.views()), textures, side_by_side.pictures());

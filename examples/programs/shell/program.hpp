@@ -14,7 +14,7 @@ namespace tapestry::shell {
 
 inline constexpr int exit_internal_fault = 1;
 
-/// Bytes that the process was limited to.
+/// Bytes that the process was limited to; 0 where those of the machine are unknown.
 inline std::uint64_t memory_limit = 0;
 
 /// Limits the memory of the process. \param mib  0: seven eighths of the machine's, for others need some, too
@@ -65,11 +65,12 @@ int run_program(CLI::App& app, int argc, char** argv, Body body) {
   } catch (const Error& error) {
     return fail(line_of(error), static_cast<int>(error.kind()));
   } catch (const std::bad_alloc&) {
-    return fail(
-        "out of memory: more than " + std::to_string(memory_limit >> 20U) +
-            " MiB are needed (limit of --memory-mib, else of this machine); fewer texels, a smaller batch or "
-            "less --keep-mib take less",
-        static_cast<int>(ErrorKind::limit));
+    const std::string needed = memory_limit == 0 ? "more is needed than the system gives"
+                                                 : "more than " + std::to_string(memory_limit >> 20U) +
+                                                       " MiB are needed (limit of --memory-mib, else of this "
+                                                       "machine)";
+    return fail("out of memory: " + needed + "; fewer texels, a smaller batch or less --keep-mib take less",
+                static_cast<int>(ErrorKind::limit));
   } catch (const std::filesystem::filesystem_error& error) {
     return fail(for_terminal(error.what()), static_cast<int>(ErrorKind::malformed));
   } catch (const std::exception& error) {

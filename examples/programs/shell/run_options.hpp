@@ -37,7 +37,7 @@ inline void add_run_options(CLI::App& app, RunOptions& options, const std::strin
                  "memory for prepared views, MiB; those beyond are prepared anew");
   app.add_option("--memory-mib", options.memory_mib,
                  "most memory of the process, MiB; 0: seven eighths of the machine's. A run that needs more "
-                 "ends with an error");
+                 "ends with an error, before it begins where that is foreseen");
   add_resume_options(app, options);
 }
 

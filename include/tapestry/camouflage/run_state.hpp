@@ -18,6 +18,9 @@ inline constexpr std::size_t history_columns = ObjectiveTerms::all.size();
 template <std::floating_point T>
 void write_checkpoint(const std::string& path, const TrainingState<T>& state, const std::string& settings);
 
+/// Copies of Training::kept_bytes() that write_checkpoint() takes: the state's, and those of NpzWriter.
+inline constexpr std::uint64_t checkpoint_copies = 3;
+
 /// Reads a checkpoint.
 template <std::floating_point T>
 struct Checkpoint {

@@ -49,6 +49,15 @@ class Training {
   Training(Objective<T>& objective, ViewStore<T>& store, std::vector<std::size_t> usable, Array<T, 2> start,
            TrainingOptions options);
 
+  /// Bytes that a training holds by its texture: the parameter and Adam's moments.
+  [[nodiscard]] static std::uint64_t kept_bytes(std::uint64_t texels) { return 9 * sizeof(T) * texels; }
+
+  /// Bytes that a step takes by its texture: colours, their adjoint and the gradient, and the texels that
+  /// views are drawn from with their adjoint. \param stored  number of raster::stored_texels()
+  [[nodiscard]] static std::uint64_t step_bytes(std::uint64_t texels, std::uint64_t stored) {
+    return 3 * sizeof(T) * (3 * texels + 2 * stored);
+  }
+
   /// Minibatches in an epoch; the last one may be smaller.
   [[nodiscard]] std::size_t steps_per_epoch() const { return block_count(usable_.size(), options_.batch); }
   /// Steps of all epochs.

@@ -37,8 +37,17 @@ class ViewStore {
   [[nodiscard]] std::size_t size() const { return loaders_.size(); }
   [[nodiscard]] const Settings& settings() const { return settings_; }
 
+  /// Memory of the views that are kept.
+  [[nodiscard]] std::uint64_t kept_bytes() const { return kept_bytes_; }
+
   /// View number `index`; throws what its loader throws. Several threads may call it at once.
   [[nodiscard]] ViewPointer view(std::size_t index);
+
+  /// Forgets the kept views; they are prepared anew when they are needed again.
+  void release() {
+    kept_.assign(size(), {});
+    kept_bytes_ = 0;
+  }
 
   /// Calls visit(index, view) for every view in order, preparing some at a time in parallel.
   template <class Visit>
@@ -49,7 +58,7 @@ class ViewStore {
   }
 
  private:
-  /// A view; without its background if bytes hold the same one.
+  /// A view without its interior, and without its background if bytes hold the same one.
   struct Kept {
     ViewPointer view{};
     Array<std::uint8_t, 3> background{};

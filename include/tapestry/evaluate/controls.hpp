@@ -107,6 +107,9 @@ inline constexpr const char* other_run_name = "other run";
 [[nodiscard]] raster::TextureChart joined_chart(const std::vector<raster::TextureChart>& charts,
                                                 const raster::TextureLayout& layout);
 
+/// Bytes that matched_controls() takes for each place of a texture: planes, spectra, ranks, charts.
+inline constexpr std::uint64_t matched_controls_bytes = 180;
+
 /// The matched controls of a camouflage: "matched noise" has its colours and its spectrum, "shuffled" its
 /// parts; neither has its design. See matched_noise() and shuffled_patches().
 ///

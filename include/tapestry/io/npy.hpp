@@ -158,7 +158,7 @@ class NpzFile {
   NameNumbers numbers_;  ///< number of each name; names in an archive are unique
 };
 
-/// Collects arrays and writes them as one .npz file that NumPy can load.
+/// Collects arrays and writes them as one .npz file that NumPy can load. Takes memory of twice the file.
 class NpzWriter {
  public:
   template <class Element, std::size_t Rank>

@@ -22,17 +22,20 @@ struct TextureOperator {
   std::vector<std::uint32_t> texels_of;
   std::vector<T> weights;
   Array<T, 3> constant;  ///< [H, W, 3] lit colour of faces that are not painted, and what a ClearCoat
-                         ///< mirrors, times coverage
-  Array<T, 2> coverage;  ///< [H, W] share of the pixel that shows any face, in [0, 1]
-  std::size_t non_finite_faces = 0;  ///< faces left out since a corner is not finite
+                         ///< mirrors, times coverage; of a CompactOperator empty
+  std::vector<std::uint32_t> constant_pixels{};  ///< of a CompactOperator: where the constant is not 0
+  std::vector<T> constants{};                    ///< of these pixels, three each
+  Array<T, 2> coverage;                          ///< [H, W] share of the pixel that shows any face, in [0, 1]
+  std::size_t non_finite_faces = 0;              ///< faces left out since a corner is not finite
 };
 
 /// Memory that an operator holds.
 template <std::floating_point T>
 [[nodiscard]] std::size_t memory_bytes(const TextureOperator<T>& picture) {
-  return (picture.pixels.capacity() + picture.row_begin.capacity() + picture.texels_of.capacity()) *
-             sizeof(std::uint32_t) +
-         (picture.weights.capacity() + picture.constant.size() + picture.coverage.size()) * sizeof(T);
+  return sizeof(std::uint32_t) * (picture.pixels.capacity() + picture.row_begin.capacity() +
+                                  picture.texels_of.capacity() + picture.constant_pixels.capacity()) +
+         sizeof(T) * (picture.weights.capacity() + picture.constants.capacity() + picture.constant.size() +
+                      picture.coverage.size());
 }
 
 namespace detail {

@@ -180,7 +180,8 @@ Array<T, 3> picture_of_texels(const View<T>& view, const Array<T, 2>& texels) {
 template <std::floating_point T>
 std::size_t view_bytes(const View<T>& view) {
   const std::size_t mask = view.sight ? view.sight->mask.size() : 0;
-  return (view.background.size() + view.interior->size() + mask) * sizeof(T) +
+  const std::size_t interior = view.interior ? view.interior->size() : 0;
+  return (view.background.size() + interior + mask) * sizeof(T) +
          raster::memory_bytes(*view.paint_to_picture);
 }
 
@@ -222,19 +223,19 @@ void ViewStore<T>::keep(std::size_t index, const ViewPointer& view) {
 
 template <std::floating_point T>
 typename ViewStore<T>::Kept ViewStore<T>::packed(const ViewPointer& view) {
-  Kept kept{view, image::to_bytes(view->background)};
-  if (image::from_bytes<T>(kept.background) != view->background) return {view};
   auto rest = std::make_shared<View<T>>(*view);
+  rest->interior = nullptr;
+  auto background = image::to_bytes(view->background);
+  if (image::from_bytes<T>(background) != view->background) return {std::move(rest), {}};
   rest->background = Array<T, 3>();
-  kept.view = std::move(rest);
-  return kept;
+  return {std::move(rest), std::move(background)};
 }
 
 template <std::floating_point T>
 typename ViewStore<T>::ViewPointer ViewStore<T>::unpacked(const Kept& kept) {
-  if (kept.background.size() == 0) return kept.view;
   auto view = std::make_shared<View<T>>(*kept.view);
-  view->background = image::from_bytes<T>(kept.background);
+  view->interior = std::make_shared<const Array<T, 2>>(detail::interior_of(view->paint_to_picture->coverage));
+  if (kept.background.size() > 0) view->background = image::from_bytes<T>(kept.background);
   return view;
 }
 

@@ -14,6 +14,9 @@
 #elif defined(__linux__)
 #include <sys/mman.h>
 #endif
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
 #if defined(__SANITIZE_ADDRESS__)
 #define TAPESTRY_ADDRESS_SANITIZER
 #elif defined(__has_feature)
@@ -102,11 +105,14 @@ class PagePool {
     unmap(memory);
   }
 
-  /// Returns to the system what is kept.
+  /// Returns to the system what is kept, and what malloc keeps where that can be told to.
   void release() noexcept {
     const std::lock_guard lock(mutex_);
     return_to_system(0);
     use_.peak = use_.in_use;
+#if defined(__GLIBC__) && !defined(TAPESTRY_ADDRESS_SANITIZER)
+    ::malloc_trim(0);
+#endif
   }
 
   [[nodiscard]] Use use() const {

@@ -9,6 +9,9 @@ namespace tapestry::io {
 /// equal members give equal bytes. Source: PKWARE APPNOTE 6.3.10.
 class ZipWriter {
  public:
+  /// \param size  bytes to take memory for at once
+  explicit ZipWriter(std::size_t size = 0) { body_.reserve(size); }
+
   /// \throws Error (limit) if the archive would exceed 4 GiB or 65,534 members
   void add(const std::string& name, std::string_view content, bool deflate) {
     const std::string packed = deflate ? deflated(content) : std::string();
@@ -42,14 +45,16 @@ class ZipWriter {
     ++count_;
   }
 
-  /// The archive with the members added so far.
-  [[nodiscard]] std::string bytes() const {
-    std::string archive = body_ + directory_ + "PK\x05\x06";
+  /// Takes the archive with the members added so far out of the writer.
+  [[nodiscard]] std::string bytes() {
+    const std::size_t size = body_.size();
+    std::string archive = std::move(body_);
+    archive += directory_ + "PK\x05\x06";
     put32(archive, 0);
     put16(archive, count_);
     put16(archive, count_);
     put32(archive, static_cast<std::uint32_t>(directory_.size()));
-    put32(archive, static_cast<std::uint32_t>(body_.size()));
+    put32(archive, static_cast<std::uint32_t>(size));
     put16(archive, 0);
     return archive;
   }

@@ -83,7 +83,9 @@ const NpyArray* NpzFile::find(std::string_view name) const {
 }
 
 std::string NpzWriter::bytes(bool compress) const {
-  ZipWriter archive;
+  std::size_t size = 200;
+  for (const auto& [name, content] : members_) size += content.size() + 2 * name.size() + 100;
+  ZipWriter archive(compress ? 0 : size);
   for (const auto& [name, content] : members_) archive.add(name, content, compress);
   return archive.bytes();
 }

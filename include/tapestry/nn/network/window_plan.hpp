@@ -1,4 +1,5 @@
 #pragma once
+#include <bit>
 #include <tapestry/nn/network/program.hpp>
 
 namespace tapestry::nn {
@@ -101,18 +102,35 @@ void for_each_outside(const Shape& map, const std::optional<MapWindow>& outer, c
   }
 }
 
+/// Digest of a picture's elements outside a window. It differs if one element does, and is equal for one in
+/// 2^64 of other changes.
+template <std::floating_point T>
+[[nodiscard]] std::uint64_t digest_outside(const Shape& map, const MapWindow& window, const T* values) {
+  constexpr std::uint64_t odd = 0x9E3779B97F4A7C15;
+  using Word = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+  std::array<std::uint64_t, 4> lanes{};  // side by side: a product takes as long as four
+  for_each_outside(map, std::nullopt, window, [&](std::size_t first, std::size_t count) {
+    for (std::size_t i = first; i < first + count; ++i) {
+      std::uint64_t& lane = lanes[i % 4];
+      lane = std::rotl((lane ^ std::bit_cast<Word>(values[i])) * odd, 29);
+    }
+  });
+  for (std::size_t k = 1; k < 4; ++k) lanes[0] = std::rotl((lanes[0] ^ lanes[k]) * odd, 29);
+  return lanes[0];
+}
+
 /// The memory of a network about a picture that changes from pass to pass within one window: for each value,
 /// the pixels around its own window that are read to compute the changed ones. See Network::forward_within().
 template <std::floating_point T>
 struct KeptValues {
   std::shared_ptr<const MapWindowPlan> plan{};  ///< null: nothing is kept
   std::vector<Buffer<T>> rings{};               ///< one for each value; empty if nothing is needed
-  Buffer<T> picture{};                          ///< the picture of the last pass
+  std::uint64_t surroundings = 0;               ///< digest_outside() of the last pass's picture
   std::weak_ptr<const void> constants{};        ///< constants of the last pass
   Mode mode = Mode::inference;                  ///< mode of the last pass
 
   [[nodiscard]] std::size_t bytes() const {
-    std::size_t count = picture.size();
+    std::size_t count = 0;
     for (const auto& ring : rings) count += ring.size();
     return count * sizeof(T);
   }
@@ -134,15 +152,6 @@ struct KeptValues {
       std::memcpy(values + first, from, size * sizeof(T));
       from += size;
     });
-  }
-
-  /// Whether a picture equals the kept one outside of its window, bit for bit.
-  [[nodiscard]] bool is_same_outside(const Shape& map, const T* other) const {
-    bool is_same = true;
-    for_each_outside(map, std::nullopt, plan->picture, [&](std::size_t first, std::size_t size) {
-      is_same = is_same && std::memcmp(picture.data() + first, other + first, size * sizeof(T)) == 0;
-    });
-    return is_same;
   }
 
  private:

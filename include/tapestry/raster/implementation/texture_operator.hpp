@@ -7,7 +7,11 @@ namespace tapestry::raster {
 template <std::floating_point T>
 Array<T, 3> render(const TextureOperator<T>& picture, const Array<T, 2>& texels) {
   require_shape("render", "texels", texels, {picture.texel_count, 3});
-  Array<T, 3> image = picture.constant;
+  const bool is_compact = picture.constant.size() == 0;
+  Array<T, 3> image = is_compact ? zeros<T, 3>({picture.height, picture.width, 3}) : picture.constant;
+  for (std::size_t i = 0; i < picture.constant_pixels.size(); ++i)
+    std::copy_n(picture.constants.data() + 3 * i, 3,
+                image.data() + 3 * std::size_t{picture.constant_pixels[i]});
   T* const out = image.data();
   const T* const texel = texels.data();
   const std::array<T, 3> light = picture.light_colour;
@@ -71,7 +75,17 @@ CompactOperator<T> compacted(TextureOperator<T> picture) {
     const std::uint64_t lower = is_read[texel / 64] & ((std::uint64_t(1) << texel % 64) - 1);
     texel = before[texel / 64] + static_cast<std::uint32_t>(std::popcount(lower));
   }
-  compact.texels.shrink_to_fit();
+  for (std::size_t i = 0; i < compact.constant.size(); i += 3) {
+    const T* const colour = compact.constant.data() + i;
+    if (std::count(colour, colour + 3, T(0)) == 3) continue;
+    compact.constant_pixels.push_back(static_cast<std::uint32_t>(i / 3));
+    compact.constants.insert(compact.constants.end(), colour, colour + 3);
+  }
+  compact.constant = {};
+  for (auto* list :
+       {&compact.pixels, &compact.row_begin, &compact.texels_of, &compact.constant_pixels, &compact.texels})
+    list->shrink_to_fit();
+  for (auto* list : {&compact.weights, &compact.constants}) list->shrink_to_fit();
   compact.texel_count = compact.texels.size();
   return compact;
 }

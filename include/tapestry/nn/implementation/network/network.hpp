@@ -97,16 +97,16 @@ void Network<T>::forward_within(const T* picture, const MapWindow& window, KeptV
                                 NetworkPass<T>& pass, Mode mode) const {
   const Shape& map = picture_map("Network::forward_within");
   if (mode == Mode::training) return forward({picture}, pass, mode);
+  const auto surroundings = [&] { return digest_outside(map, window, picture); };
   const bool holds = kept.plan && kept.constants.lock() == version_ && kept.mode == mode &&
                      kept.plan->picture == window && kept.plan->engine == engine_ &&
-                     kept.is_same_outside(map, picture);
+                     kept.surroundings == surroundings();
   if (!holds) {
     kept.constants.reset();  // does not hold until it is full
     kept.plan = std::make_shared<const MapWindowPlan>(
         plan_windows(program_, engine_, window, mode == Mode::input_gradient));
     kept.mode = mode;
-    kept.picture.resize(size_of(map));
-    std::copy_n(picture, size_of(map), kept.picture.data());
+    kept.surroundings = surroundings();
     kept.rings.clear();
     kept.rings.resize(program_.values.size());
   }
