@@ -41,11 +41,7 @@ py::array_t<double> matrix_of(const Camera& camera) {
 }
 
 FramePointer frame_of_file(const std::string& path) {
-  FramePointer frame;
-  {
-    const others_may_run released;
-    frame = std::make_shared<io::Frame>(io::read_frame(path));
-  }
+  auto frame = released([&] { return std::make_shared<io::Frame>(io::read_frame(path)); });
   warn(frame->warnings);
   return frame;
 }

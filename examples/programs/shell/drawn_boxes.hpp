@@ -42,7 +42,6 @@ inline Colour text_colour_on(const Colour& background) {
   return luminance > 0.179 ? Colour{0, 0, 0} : Colour{255, 255, 255};
 }
 
-/// A box with its label.
 struct LabelledBox {
   detect::Box box{};  ///< pixels of the picture
   std::string label{};
@@ -148,7 +147,6 @@ inline Bitmap halved(const Bitmap& picture) {
   return small;
 }
 
-/// Halves the picture and its boxes.
 inline MarkedPicture halved(const MarkedPicture& marked) {
   MarkedPicture small{halved(marked.picture), marked.boxes};
   for (auto& [box, label, colour] : small.boxes) box = {box.cx / 2, box.cy / 2, box.w / 2, box.h / 2};

@@ -14,7 +14,6 @@ struct StepNumber {
   double Step::*value;
 };
 
-/// Terms of the training loss in one step of the weights.
 struct LossTerms {
   double box = 0, objectness = 0, classification = 0, total = 0;
   static const std::array<StepNumber<LossTerms>, 4> all;
@@ -81,7 +80,6 @@ class Learner {
   Tape<float> tape_;
 };
 
-/// Requires heads that a Learner can train.
 inline void require_trainable_heads(const char* program, const detect::Detector<float>& detector,
                                     const std::string& path) {
   loss::require_raw_logits(program, detector.heads());

@@ -28,7 +28,6 @@ class LearningDetector {
                                                              const ArrayVariable<float, 1>& weights) {
     return detect::forward(learning_, images, weights, pass_);
   }
-  /// Stores the number of pictures seen in training.
   virtual void set_pictures_seen(std::uint64_t) {}
 
   /// Writes an ONNX model.
@@ -79,7 +78,6 @@ class LearningModel final : public LearningDetector {
   void save(const std::string& path) const override { save_model(model_, cfg_, path); }
 
  private:
-  /// Makes the detector of the model's parameters.
   void renew() {
     auto names = detector_.names();
     const auto fit = detector_.fit();

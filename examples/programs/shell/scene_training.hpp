@@ -37,7 +37,6 @@ inline void require_sound(const SceneTraining& s, ProblemList& list) {
   list.require(s.validate <= 2000, "--validate must be at most 2000");
 }
 
-/// Held-out views of cars in one kind of paint.
 template <class Scene>
 struct HeldOut {
   std::string name;
@@ -73,7 +72,6 @@ auto held_out_sets(std::uint64_t stream, std::size_t count, Draw draw) {
   return sets;
 }
 
-/// Loss of a training step.
 struct StepLoss {
   double total = 0;
   std::string terms{};  ///< as text, printed behind the loss
@@ -86,7 +84,6 @@ struct StepLoss {
 /// \throws Stopped if a signal arrives before the first step
 template <class Step, class Save, class Validate>
 std::size_t train_on_scenes(const SceneTraining& s, Step step, Save save, Validate validate) {
-  using Clock = std::chrono::steady_clock;
   ProgressLine progress;
   const auto begin = Clock::now();
   double smoothed = 0;

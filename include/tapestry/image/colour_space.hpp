@@ -1,8 +1,6 @@
 #pragma once
 #include <cmath>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/vector_exp.hpp>
 

@@ -1,7 +1,6 @@
 #pragma once
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/detail/transform/matrix3.hpp>
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <tapestry/nn/detail/network/broadcast.hpp>
 #include <tapestry/nn/detail/network/operators/kernel_attributes.hpp>
 #include <tapestry/nn/detail/network/operators/unary.hpp>
 
@@ -16,13 +17,7 @@ class PassOn : public Operation<T> {
   }
 
   void adjoint(const AdjointCall<T>& call) const override {
-    const std::size_t count = call.output_adjoints[0].size();
-    if (call.is_uninitialised[0]) {
-      copy(call.output_adjoints[0].values, call.input_adjoints[0].values, count);
-      call.is_uninitialised[0] = false;
-    } else {
-      add(call.output_adjoints[0].values, call.input_adjoints[0].values, count);
-    }
+    BroadcastOperand().pull_back(call.output_adjoints[0].values, T(1), call, 0);
   }
 
   [[nodiscard]] bool is_differentiable(std::size_t input) const override { return input == 0; }

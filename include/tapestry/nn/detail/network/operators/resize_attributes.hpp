@@ -1,5 +1,4 @@
 #pragma once
-#include <limits>
 #include <tapestry/nn/detail/network/operator_context.hpp>
 
 namespace tapestry::nn {
@@ -15,7 +14,6 @@ struct ResizeRule {
   bool antialiases = false;  ///< linear and cubic filters reach as far as an output pixel is large
 };
 
-/// One axis that is resized.
 struct ResizeAxis {
   std::size_t axis = 0;  ///< as stored
   std::size_t input = 1, output = 1;
@@ -154,7 +152,6 @@ struct ResizeTaps {
   return table;
 }
 
-/// Attributes of a node Resize or Upsample.
 struct ResizeAttributes {
   ResizeRule rule{};
   std::vector<ResizeAxis> axes{};
@@ -170,13 +167,6 @@ namespace detail {
   std::vector<double> values;
   for (std::size_t k = 0; k < constant.size(); ++k) values.push_back(constant.at(k));
   return values;
-}
-
-/// The axes, in the description's numbering, that scales and sizes are for.
-[[nodiscard]] inline std::vector<std::int64_t> resized_axes(OperatorContext& context) {
-  std::vector<std::int64_t> all(context.input(0).shape.size());
-  std::iota(all.begin(), all.end(), std::int64_t(0));
-  return context.integers("axes", all);
 }
 
 [[nodiscard]] inline std::size_t resized_extent(double value) {
@@ -203,8 +193,7 @@ inline void apply_sizes(const std::vector<double>& sizes, const std::string& pol
     scales.push_back(static_cast<double>(resized_extent(sizes[k])) / static_cast<double>(axes[k].input));
   if (policy != "stretch" && policy != "not_larger" && policy != "not_smaller")
     throw DomainError({"attribute 'keep_aspect_ratio_policy' is '", policy, "'"});
-  const double common = policy == "not_larger" ? *std::min_element(scales.begin(), scales.end())
-                                               : *std::max_element(scales.begin(), scales.end());
+  const double common = policy == "not_larger" ? std::ranges::min(scales) : std::ranges::max(scales);
   for (std::size_t k = 0; k < axes.size(); ++k) {
     axes[k].output = resized_extent(sizes[k]);
     axes[k].scale = scales[k];
@@ -238,7 +227,9 @@ inline void apply_sizes(const std::vector<double>& sizes, const std::string& pol
   ResizeAttributes attributes{detail::resize_rule(context, is_early), {}, 0};
   const Shape& shape = context.input(0).shape;
   if (size_of(shape) == 0) throw ShapeError("input 0 is empty");
-  for (const std::int64_t axis : detail::resized_axes(context)) {
+  std::vector<std::int64_t> all(shape.size());
+  std::iota(all.begin(), all.end(), std::int64_t(0));
+  for (const std::int64_t axis : context.integers("axes", all)) {
     const std::size_t stored = context.axis(axis, shape.size());
     const auto is_same = [stored](const ResizeAxis& other) { return other.axis == stored; };
     if (stored >= shape.size() || std::ranges::any_of(attributes.axes, is_same))

@@ -47,14 +47,7 @@ class Scatter : public Operation<T> {
         block[k] *= by_element;
       }
     }
-    if (!call.wants(0)) return;
-    const std::size_t count = call.input_adjoints[0].size();
-    if (call.is_uninitialised[0]) {
-      copy(dy, call.input_adjoints[0].values, count);
-    } else {
-      add(dy, call.input_adjoints[0].values, count);
-    }
-    call.is_uninitialised[0] = false;
+    if (call.wants(0)) BroadcastOperand().pull_back(dy, T(1), call, 0);
   }
 
   [[nodiscard]] AdjointReads adjoint_reads() const override { return {needs_values() ? 4U : 0U, 0}; }
