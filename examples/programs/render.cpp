@@ -434,8 +434,7 @@ OrbitSettings orbit_settings(const Options& o, const geometry::Mesh& mesh, const
 geometry::Camera camera_of_pose(const Options& o, const PictureSettings& picture) {
   geometry::Camera camera;
   for (std::size_t row = 0; row < 3; ++row) {
-    for (std::size_t column = 0; column < 3; ++column)
-      camera.rotation[row][column] = o.pose[4 * row + column];
+    std::copy_n(&o.pose[4 * row], 3, camera.rotation[row].begin());
     camera.translation[row] = o.pose[4 * row + 3];
   }
   camera.tan_half_fov_x = std::tan(o.fov * rad_per_deg / 2);

@@ -94,7 +94,6 @@ template <class Element, std::size_t Rank>
   return shown(array.data(), {array.shape().begin(), array.shape().end()}, owner);
 }
 
-/// An array that is handed over to Python.
 template <class Element, std::size_t Rank>
 [[nodiscard]] py::array_t<Element> handed_over(Array<Element, Rank> array) {
   auto* const kept = new Array<Element, Rank>(std::move(array));

@@ -173,7 +173,6 @@ class FlatLayout {
     return all;
   }
 
-  /// See FlatPart.
   [[nodiscard]] std::vector<std::array<std::size_t, 2>> rim() const {
     std::map<std::pair<std::size_t, std::size_t>, std::vector<std::array<std::size_t, 2>>> edges;
     for (std::size_t i = 0; i < part_.size(); ++i)

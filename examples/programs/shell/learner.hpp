@@ -95,7 +95,8 @@ inline void require_trainable_heads(const char* program, const detect::Detector<
 inline std::unique_ptr<LearningDetector> learning_detector(const detect::Detector<float>& detector,
                                                            const DetectorSettings& settings) {
   if (io::is_onnx(settings.weights) && !io::is_of_darknet(io::read_onnx(settings.weights)))
-    return std::make_unique<LearningGraph>(settings.weights, detector, settings.size);
+    return std::make_unique<LearningGraph>(settings.weights, io::read_text_file(settings.weights), detector,
+                                           settings.size);
   std::optional<detect::DecodeFamily> decode;
   if (!settings.decode.empty()) decode = detect::decode_family_by_name(settings.decode);
   return std::make_unique<LearningModel>(

@@ -4,19 +4,6 @@
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/detail/transform/matrix3.hpp>
 
-namespace tapestry::image::detail {
-
-/// Calls body(y) for every row of a picture, from several threads.
-template <class Body>
-void for_each_row(std::size_t rows, Body body) {
-  constexpr std::size_t rows_a_block = 16;
-  parallel_for_blocks(rows, rows_a_block, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t y = begin; y < end; ++y) body(y);
-  });
-}
-
-}  // namespace tapestry::image::detail
-
 namespace tapestry::image {
 
 /// colour ↦ matrix · colour + offset, then clipped to 0 … 1: contrast, saturation and hue of a camera; or the
@@ -30,6 +17,15 @@ struct ColourChange {
 [[nodiscard]] ColourChange contrast_and_saturation(double contrast, double saturation);
 
 namespace detail {
+
+/// Calls body(y) for every row of a picture, from several threads.
+template <class Body>
+void for_each_row(std::size_t rows, Body body) {
+  constexpr std::size_t rows_a_block = 16;
+  parallel_for_blocks(rows, rows_a_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t y = begin; y < end; ++y) body(y);
+  });
+}
 
 template <std::floating_point T, std::size_t Rank>
 void require_colours(const char* operation, const Array<T, Rank>& colours) {

@@ -92,6 +92,23 @@ inline void cubic_slopes(double a, double t, double* slopes) {
   }
   return taps;
 }
+
+[[nodiscard]] inline GridSampling grid_sampling(OperatorContext& context) {
+  GridSampling rule;
+  const std::string mode = context.text("mode", "bilinear");
+  const std::string padding = context.text("padding_mode", "zeros");
+  rule.align_corners = context.flag("align_corners", 0);
+  using Mode = GridSampling::Mode;
+  using Padding = GridSampling::Padding;
+  const bool is_cubic = mode == "bicubic" || mode == "cubic";
+  if (mode != "nearest" && !is_cubic && mode != "bilinear" && mode != "linear")
+    throw DomainError({"attribute 'mode' is ", in_quotes(mode)});
+  if (padding != "zeros" && padding != "border" && padding != "reflection")
+    throw DomainError({"attribute 'padding_mode' is ", in_quotes(padding)});
+  if (mode == "nearest" || is_cubic) rule.mode = is_cubic ? Mode::cubic : Mode::nearest;
+  if (padding != "zeros") rule.padding = padding == "border" ? Padding::border : Padding::reflection;
+  return rule;
+}
 }  // namespace detail
 
 /// GridSample: pictures [N, C, H, W] read at places [N, row, column, (x, y)], differentiably by both. At a
@@ -167,25 +184,6 @@ class GridSample : public Operation<T> {
   Shape in_;
   std::size_t places_;
 };
-
-namespace detail {
-[[nodiscard]] inline GridSampling grid_sampling(OperatorContext& context) {
-  GridSampling rule;
-  const std::string mode = context.text("mode", "bilinear");
-  const std::string padding = context.text("padding_mode", "zeros");
-  rule.align_corners = context.flag("align_corners", 0);
-  using Mode = GridSampling::Mode;
-  using Padding = GridSampling::Padding;
-  const bool is_cubic = mode == "bicubic" || mode == "cubic";
-  if (mode != "nearest" && !is_cubic && mode != "bilinear" && mode != "linear")
-    throw DomainError({"attribute 'mode' is ", in_quotes(mode)});
-  if (padding != "zeros" && padding != "border" && padding != "reflection")
-    throw DomainError({"attribute 'padding_mode' is ", in_quotes(padding)});
-  if (mode == "nearest" || is_cubic) rule.mode = is_cubic ? Mode::cubic : Mode::nearest;
-  if (padding != "zeros") rule.padding = padding == "border" ? Padding::border : Padding::reflection;
-  return rule;
-}
-}  // namespace detail
 
 template <std::floating_point T>
 void add_grid_sample(OperatorTable<T>& table) {

@@ -118,47 +118,6 @@ struct ResizeTaps {
   for (double& weight : taps.weights) weight /= sum;
   return taps;
 }
-}  // namespace detail
-
-/// \throws DomainError for a mode that is none, and for coordinates that are not finite; ShapeError for a
-///         filter that is larger than any tensor
-[[nodiscard]] inline ResizeTable resize_table(const ResizeRule& rule, const ResizeAxis& axis) {
-  if (rule.mode != "nearest" && rule.mode != "linear" && rule.mode != "cubic")
-    throw DomainError({"attribute 'mode' is ", in_quotes(rule.mode)});
-  const bool is_stretched = rule.antialiases && axis.scale < 1 && rule.mode != "nearest";
-  if (is_stretched) require_room({axis.output, static_cast<std::size_t>(std::min(4 / axis.scale, 1e18)) + 4});
-  ResizeTable table{axis.axis, axis.input, axis.output, 1, {}, {}, {}};
-  const auto last = static_cast<double>(axis.input - 1);
-  for (std::size_t i = 0; i < axis.output; ++i) {
-    const double x = detail::resize_coordinate(rule, axis, i);
-    if (!std::isfinite(x))
-      throw DomainError(
-          {"output ", i, " lies at ", x, " among the inputs; roi is ", axis.start, " to ", axis.end});
-    auto [first, weights] = detail::resize_taps(rule, axis, x);
-    table.taps = weights.size();
-    const bool is_outside = rule.coordinates == "tf_crop_and_resize" && (x < 0 || x > last);
-    const bool excludes = rule.excludes_outside && (rule.mode == "cubic" || is_stretched);
-    double sum = 0;
-    for (std::size_t t = 0; t < table.taps; ++t) {
-      const double place = first + static_cast<double>(t);
-      if (is_outside || (excludes && (place < 0 || place > last))) weights[t] = 0;
-      sum += weights[t];
-      table.index.push_back(static_cast<std::size_t>(std::clamp(place, 0.0, last)));
-    }
-    for (const double weight : weights)
-      table.weight.push_back(rule.excludes_outside && sum != 0 ? weight / sum : weight);
-    table.is_outside.push_back(is_outside);
-  }
-  return table;
-}
-
-struct ResizeAttributes {
-  ResizeRule rule{};
-  std::vector<ResizeAxis> axes{};
-  double extrapolation = 0;
-};
-
-namespace detail {
 
 /// Numbers of operand i, or none if it is left out or empty.
 [[nodiscard]] inline std::vector<double> optional_numbers(const OperatorContext& context, std::size_t i) {
@@ -220,6 +179,44 @@ inline void apply_sizes(const std::vector<double>& sizes, const std::string& pol
   return rule;
 }
 }  // namespace detail
+
+/// \throws DomainError for a mode that is none, and for coordinates that are not finite; ShapeError for a
+///         filter that is larger than any tensor
+[[nodiscard]] inline ResizeTable resize_table(const ResizeRule& rule, const ResizeAxis& axis) {
+  if (rule.mode != "nearest" && rule.mode != "linear" && rule.mode != "cubic")
+    throw DomainError({"attribute 'mode' is ", in_quotes(rule.mode)});
+  const bool is_stretched = rule.antialiases && axis.scale < 1 && rule.mode != "nearest";
+  if (is_stretched) require_room({axis.output, static_cast<std::size_t>(std::min(4 / axis.scale, 1e18)) + 4});
+  ResizeTable table{axis.axis, axis.input, axis.output, 1, {}, {}, {}};
+  const auto last = static_cast<double>(axis.input - 1);
+  for (std::size_t i = 0; i < axis.output; ++i) {
+    const double x = detail::resize_coordinate(rule, axis, i);
+    if (!std::isfinite(x))
+      throw DomainError(
+          {"output ", i, " lies at ", x, " among the inputs; roi is ", axis.start, " to ", axis.end});
+    auto [first, weights] = detail::resize_taps(rule, axis, x);
+    table.taps = weights.size();
+    const bool is_outside = rule.coordinates == "tf_crop_and_resize" && (x < 0 || x > last);
+    const bool excludes = rule.excludes_outside && (rule.mode == "cubic" || is_stretched);
+    double sum = 0;
+    for (std::size_t t = 0; t < table.taps; ++t) {
+      const double place = first + static_cast<double>(t);
+      if (is_outside || (excludes && (place < 0 || place > last))) weights[t] = 0;
+      sum += weights[t];
+      table.index.push_back(static_cast<std::size_t>(std::clamp(place, 0.0, last)));
+    }
+    for (const double weight : weights)
+      table.weight.push_back(rule.excludes_outside && sum != 0 ? weight / sum : weight);
+    table.is_outside.push_back(is_outside);
+  }
+  return table;
+}
+
+struct ResizeAttributes {
+  ResizeRule rule{};
+  std::vector<ResizeAxis> axes{};
+  double extrapolation = 0;
+};
 
 /// \throws DomainError or ShapeError for attributes that are contradictory or not supported
 [[nodiscard]] inline ResizeAttributes resize_attributes(OperatorContext& context) {

@@ -121,8 +121,7 @@ template <std::floating_point T>
 void add_scatter_operators(OperatorTable<T>& table) {
   table["ScatterND"] = {LayoutRule::plain, 1, false, {{3, 3}}, detail::make_scatter_nd<T>};
   table["ScatterElements"] = {LayoutRule::plain, 1, false, {{3, 3}}, detail::make_scatter_elements<T>};
-  table["Scatter"] = {
-      LayoutRule::plain, 1, false, {{3, 3}}, detail::make_scatter_elements<T>};  // up to opset 10
+  table["Scatter"] = table["ScatterElements"];  // up to opset 10
 }
 
 }  // namespace tapestry::nn

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/nn/detail/network/axis_reduction.hpp>
 #include <tapestry/nn/detail/network/operators/binary.hpp>
 
 namespace tapestry::nn {
