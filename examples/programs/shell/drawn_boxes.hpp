@@ -1,6 +1,7 @@
 #pragma once
 #include <numbers>
 #include <tapestry/detect/box_decode.hpp>
+#include <tapestry/image/colour_space.hpp>
 
 #include "formatted.hpp"
 #include "pixel_font.hpp"

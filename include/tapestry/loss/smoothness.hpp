@@ -1,4 +1,5 @@
 #pragma once
+#include <numeric>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>  // Image, Mask
 #include <tapestry/core/error.hpp>  // require_shape, ShapeError
