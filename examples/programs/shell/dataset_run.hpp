@@ -108,6 +108,8 @@ class TuningRun {
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
+
   [[nodiscard]] std::string path(const std::string& name) const { return options_.output + "/" + name; }
   [[nodiscard]] const detect::Detector<float>& detector() const { return inputs_.detector->detector(); }
 

@@ -32,6 +32,7 @@ class HardeningRun {
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
   using Colours = Array<float, 2>;
 
   /// Colours of the paints that are measured.

@@ -7,8 +7,6 @@
 
 namespace tapestry::shell {
 
-using Clock = std::chrono::steady_clock;
-
 /// "1:05:09", "12:03" or "8 s".
 inline std::string duration_text(double seconds) {
   const auto whole = static_cast<long long>(seconds + 0.5);
@@ -43,6 +41,7 @@ class ProgressLine {
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
   bool terminal_ = false;
   bool started_ = false;
   Clock::time_point shown_{};
@@ -65,6 +64,7 @@ class MeasuringProgress {
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
   std::size_t pictures_, done_ = 0;
   Clock::time_point start_ = Clock::now();
   ProgressLine line_;

@@ -84,6 +84,7 @@ struct StepLoss {
 /// \throws Stopped if a signal arrives before the first step
 template <class Step, class Save, class Validate>
 std::size_t train_on_scenes(const SceneTraining& s, Step step, Save save, Validate validate) {
+  using Clock = std::chrono::steady_clock;
   ProgressLine progress;
   const auto begin = Clock::now();
   double smoothed = 0;
