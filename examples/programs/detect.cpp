@@ -149,7 +149,6 @@ class Detection {
   }
 
  private:
-  /// Detections in a picture, or the error that occurred.
   struct Examined {
     std::vector<detect::Detection> found{};
     std::vector<std::string> warnings{};

@@ -270,7 +270,6 @@ void require_own_folder(const std::string& folder, const Json& manifest) {
       refuse("frames without the manifest of this data set");
 }
 
-/// Draws the frames of a data set.
 class FrameDrawing {
  public:
   FrameDrawing(const Options& options, const scenes::Vehicle& vehicle, const PhotographShares& pictures)

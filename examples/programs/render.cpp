@@ -184,8 +184,7 @@ void require_exported_files(const Options& o, const std::vector<std::string>& in
 
 void require_sound_files(const Options& o, ProblemList& list) {
   const std::vector<std::string> inputs{o.mesh, o.texture, o.faces, o.frame};
-  const auto& measured = measured_view_names();
-  const bool is_measured = o.turntable == 0 && std::ranges::find(measured, o.view) != measured.end();
+  const bool is_measured = o.turntable == 0 && std::ranges::count(measured_view_names, o.view) > 0;
   list.require(o.output.ends_with(".png") || (o.output.ends_with(".npy") && is_measured),
                "--output takes a name that ends with .png, or with .npy for one --view depth, position or "
                "normal");
@@ -213,7 +212,7 @@ void require_sound_panels(const Options& o, ProblemList& list) {
 }
 
 void require_sound_light(const Options& o, ProblemList& list) {
-  list.require_choice("--light", o.lighting, lighting_names());
+  list.require_choice("--light", o.lighting, lighting_names);
   list.require(!o.ground || is_outdoors(o.lighting), "--ground needs --light sky or sun");
   list.require_choice("--colour-space", o.colour_space, names_of(image::colour_spaces));
   list.require(o.ambient >= 0 && std::isfinite(o.ambient), "--ambient must be a number from 0 on");
@@ -232,7 +231,7 @@ void require_sound(const Options& o) {
   require_sound_files(o, list);
   require_sound_panels(o, list);
   require_sound_light(o, list);
-  list.require_choice("--view", o.view, mesh_view_names());
+  list.require_choice("--view", o.view, mesh_view_names);
   list.require_choice("--filter", o.filter, names_of(raster::texture_filters));
   list.require(o.samples == 0 || o.samples == 1 || o.samples == 2 || o.samples == 4 || o.samples == 8,
                "--samples is " + std::to_string(o.samples) + "; expected 0, 1, 2, 4 or 8");
@@ -350,7 +349,6 @@ void set_texture(const Options& o, const GivenTexture& given, const std::vector<
   for (std::size_t c = 0; c < o.colour.size(); ++c) scene.texels(0, c) = static_cast<float>(o.colour[c]);
 }
 
-/// Requires that no output overwrites a file of the mesh.
 void require_kept(const Options& o, const io::LoadedMesh& loaded) {
   auto inputs = loaded.material_files;
   for (const auto& material : loaded.mesh.materials)
@@ -436,8 +434,7 @@ OrbitSettings orbit_settings(const Options& o, const geometry::Mesh& mesh, const
 geometry::Camera camera_of_pose(const Options& o, const PictureSettings& picture) {
   geometry::Camera camera;
   for (std::size_t row = 0; row < 3; ++row) {
-    for (std::size_t column = 0; column < 3; ++column)
-      camera.rotation[row][column] = o.pose[4 * row + column];
+    std::copy_n(&o.pose[4 * row], 3, camera.rotation[row].begin());
     camera.translation[row] = o.pose[4 * row + 3];
   }
   camera.tan_half_fov_x = std::tan(o.fov * rad_per_deg / 2);
@@ -647,7 +644,6 @@ std::string write_view(const Options& o, const PaintedScene& scene, const Shots&
          std::to_string(bitmaps.size()) + (bitmaps.size() == 1 ? " view" : " views");
 }
 
-/// Every file that may be written.
 std::vector<std::string> outputs_of(const Options& o) {
   std::vector<std::string> outputs{o.output, o.exported, o.panels};
   if (o.exported.ends_with(".obj"))

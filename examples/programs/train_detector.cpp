@@ -158,7 +158,6 @@ int train(const CLI::App& app, const char* program, const Options& options) {
   return StopSignal::exit_code();
 }
 
-/// Training over own pictures, with the options shared with training over drawn scenes.
 int run_tuning(const CLI::App& app, const char* program, const Options& o) {
   TuningOptions tuning = o.tuning;
   DatasetTraining& s = tuning.training;

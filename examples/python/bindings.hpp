@@ -13,7 +13,13 @@
 
 namespace tapestry::python {
 namespace py = pybind11;
-using others_may_run = py::gil_scoped_release;  ///< while it lives, other threads of Python run
+
+/// The result of a function during which other threads of Python run.
+template <class Work>
+auto released(Work work) {
+  const py::gil_scoped_release others_may_run;
+  return work();
+}
 
 /// An array or lists as contiguous numbers of one type.
 /// \throws DomainError for anything but an array of numbers; ShapeError unless it has so many axes
@@ -88,7 +94,6 @@ template <class Element, std::size_t Rank>
   return shown(array.data(), {array.shape().begin(), array.shape().end()}, owner);
 }
 
-/// An array that is handed over to Python.
 template <class Element, std::size_t Rank>
 [[nodiscard]] py::array_t<Element> handed_over(Array<Element, Rank> array) {
   auto* const kept = new Array<Element, Rank>(std::move(array));
@@ -97,13 +102,11 @@ template <class Element, std::size_t Rank>
                               kept->data(), owner);
 }
 
-/// A box by its rims, from a row of detections.
 [[nodiscard]] inline detect::Box box_of(const float* row) {
   const auto rim = [&](std::size_t i) { return static_cast<double>(row[i]); };
   return detect::box_from_corners(rim(0), rim(1), rim(2), rim(3));
 }
 
-/// Terms of a loss by their names.
 [[nodiscard]] inline py::dict dict_of(const camouflage::ObjectiveTerms& terms) {
   py::dict values;
   for (const auto& term : camouflage::ObjectiveTerms::all) values[term.name] = terms.*term.value;
@@ -132,7 +135,6 @@ struct Mesh : raster::PaintedMesh {
   }
 };
 
-/// The parts of the module.
 void add_detector(py::module_& module);
 void add_mesh(py::module_& module);
 void add_frame(py::module_& module);

@@ -13,8 +13,7 @@ void step(optim::Adam<float>& adam, py::array_t<float, py::array::c_style>& para
   const auto count = [](const py::array& array) { return static_cast<std::size_t>(array.size()); };
   const std::span<float> values(parameters.mutable_data(), count(parameters));
   const std::span<const float> slopes(gradient.data(), count(gradient));
-  const others_may_run released;
-  adam.step(values, slopes);
+  released([&] { adam.step(values, slopes); });
 }
 
 /// A run: objects that stay in place while the paint is optimised.
@@ -29,11 +28,7 @@ class Session {
     auto parameter = start.is_none() ? zeros<float, 2>({mesh.texel_count(), 3})
                                      : camouflage::parameter_of_colours(colours_of<2>("start", start));
     require_shape("camouflage", "start", parameter, {mesh.texel_count(), 3});
-    camouflage::UsableViews usable;
-    {
-      const others_may_run released;
-      usable = camouflage::usable_views(store_);
-    }
+    const auto usable = released([&] { return camouflage::usable_views(store_); });
     warn(usable.warnings);
     if (usable.indices.empty()) throw DomainError("camouflage: no frame shows the mesh");
     training_.emplace(objective_, store_, usable.indices, std::move(parameter), options);
@@ -42,10 +37,7 @@ class Session {
   /// Calls back after each step; a true value or an exception of Python ends the run.
   void run(const py::object& callback) {
     while (!training_->finished()) {
-      {
-        const others_may_run released;
-        training_->step();
-      }
+      released([&] { training_->step(); });
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
       if (callback.is_none()) continue;
       if (py::bool_(callback(training_->steps_taken(), dict_of(training_->history().back())))) return;
@@ -98,15 +90,11 @@ py::tuple composite(const FramePointer& frame, const Mesh& mesh, const py::objec
   mesh.require_seen_by(*frame);
   const auto paint = colours_of<2>("colours", colours);
   require_shape("composite", "colours", paint, {mesh.texel_count(), 3});
-  Array<float, 3> picture;
-  detect::Box box;
-  {
-    const others_may_run released;
+  auto [picture, box] = released([&] {
     const auto view = camouflage::make_view<float>(*frame, mesh, detector.input_height(),
                                                    detector.input_width(), samples, detector.fit());
-    picture = camouflage::picture_of(view, paint);
-    box = view.target;
-  }
+    return std::pair(camouflage::picture_of(view, paint), view.target);
+  });
   return py::make_tuple(handed_over(std::move(picture)),
                         handed_over(Array<double, 1>{box.left(), box.top(), box.right(), box.bottom()}));
 }

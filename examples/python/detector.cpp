@@ -48,10 +48,7 @@ class Run {
       pointers[i] = &arrays[i];
     }
     auto gradient = zeros<float, 4>(shape_);
-    {
-      const others_may_run released;
-      detector_->pull_back(pass_, pointers, &gradient);
-    }
+    released([&] { detector_->pull_back(pass_, pointers, &gradient); });
     return handed_over(std::move(gradient));
   }
 
@@ -64,35 +61,29 @@ class Run {
 std::shared_ptr<Detector> load(const std::string& weights, const std::string& config,
                                const std::string& description, const std::string& names, std::size_t size) {
   std::vector<std::string> warnings;
-  std::shared_ptr<Detector> detector;
-  {
-    const others_may_run released;
-    detector = std::make_shared<Detector>(io::read_detector<float>(
+  auto detector = released([&] {
+    return std::make_shared<Detector>(io::read_detector<float>(
         {.weights = weights, .config = config, .names = names, .description = description, .size = size},
         &warnings));
-  }
+  });
   warn(warnings);
   return detector;
 }
 
 std::unique_ptr<Run> forward(std::shared_ptr<Detector> detector, const py::object& pictures) {
   const auto batch = colours_of<4>("pictures", pictures);
-  const others_may_run released;
-  return std::make_unique<Run>(std::move(detector), batch);
+  return released([&] { return std::make_unique<Run>(std::move(detector), batch); });
 }
 
 py::array_t<float> detected(const Detector& detector, const py::object& photograph, double confidence,
                             double overlap) {
   const auto picture = colours_of<3>("a photograph", photograph);
-  std::vector<detect::Detection> found;
-  {
-    const others_may_run released;
+  return rows_of(released([&] {
     detect::Pass<float> pass;
     detector.forward(detector.input(picture), pass);
-    found = detector.in_photograph(detector.detections(pass.logits, 0, confidence, overlap), picture.shape(0),
-                                   picture.shape(1));
-  }
-  return rows_of(found);
+    return detector.in_photograph(detector.detections(pass.logits, 0, confidence, overlap), picture.shape(0),
+                                  picture.shape(1));
+  }));
 }
 
 py::tuple adversarial(const Detector& detector, const std::vector<py::object>& logits,
@@ -107,18 +98,16 @@ py::tuple adversarial(const Detector& detector, const std::vector<py::object>& l
     hidden.push_back({static_cast<std::size_t>(row[4]), box_of(row)});
   }
   const auto kind = loss::adversarial_loss_by_name(loss);
-  camouflage::ObjectiveTerms terms;
-  {
-    const others_may_run released;
+  const auto terms = released([&] {
     Tape<float> tape;
     const auto scope = tape.activate();
     std::vector<ArrayVariable<float, 4>> inputs;
     for (const auto& head : values) inputs.push_back(tape.input(head));
     const auto found = loss::adversarial(detector, inputs, hidden, kind);
     tape.reverse(found.total);
-    terms = camouflage::numbers_of(found);
     for (std::size_t i = 0; i < values.size(); ++i) values[i] = inputs[i].adjoint();
-  }
+    return camouflage::numbers_of(found);
+  });
   py::list adjoints;
   for (auto& head : values) adjoints.append(handed_over(std::move(head)));
   return py::make_tuple(dict_of(terms), adjoints);

@@ -18,9 +18,8 @@ Camera camera_by_matrix(const py::object& matrix, const py::object& intrinsics, 
   if (pixels.shape(0) != 3 || pixels.shape(1) != 3)
     throw ShapeError({"intrinsics are ", pixels.shape(0), " x ", pixels.shape(1), ", expected 3 x 3"});
   geometry::Matrix3 rotation{};
-  for (py::ssize_t i = 0; i < 3; ++i)
-    for (py::ssize_t j = 0; j < 3; ++j)
-      rotation[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)] = view.at(i, j);
+  for (std::size_t i = 0; i < 3; ++i)
+    std::copy_n(view.data(static_cast<py::ssize_t>(i), 0), 3, rotation[i].begin());
   return geometry::pinhole_camera({.focal_x = pixels.at(0, 0),
                                    .focal_y = pixels.at(1, 1),
                                    .centre_x = pixels.at(0, 2),
@@ -41,11 +40,7 @@ py::array_t<double> matrix_of(const Camera& camera) {
 }
 
 FramePointer frame_of_file(const std::string& path) {
-  FramePointer frame;
-  {
-    const others_may_run released;
-    frame = std::make_shared<io::Frame>(io::read_frame(path));
-  }
+  auto frame = released([&] { return std::make_shared<io::Frame>(io::read_frame(path)); });
   warn(frame->warnings);
   return frame;
 }

@@ -17,16 +17,14 @@ std::shared_ptr<Mesh> mesh_of(const std::string& path, const std::string& materi
                               std::size_t rows, const std::string& filter, const std::string& space,
                               bool normalised) {
   io::LoadedMesh loaded;
-  std::shared_ptr<Mesh> mesh;
-  {
-    const others_may_run released;
+  auto mesh = released([&] {
     loaded = io::read_obj(path);
     if (normalised) loaded.mesh = geometry::normalise_mesh(std::move(loaded.mesh));
     const raster::PaintChoice choice{material, kind_by_name(kind), rows,
                                      raster::texture_filter_by_name(filter),
                                      image::colour_space_by_name(space)};
-    mesh = std::make_shared<Mesh>(Mesh{raster::painted(std::move(loaded.mesh), choice), normalised});
-  }
+    return std::make_shared<Mesh>(Mesh{raster::painted(std::move(loaded.mesh), choice), normalised});
+  });
   warn(loaded.warnings);
   return mesh;
 }

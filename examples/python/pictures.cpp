@@ -16,8 +16,8 @@ class View {
   View(std::shared_ptr<const Mesh> mesh, const geometry::Camera& camera, std::size_t height,
        std::size_t width, const raster::Light& light, std::size_t samples)
       : mesh_(std::move(mesh)) {
-    const others_may_run released;
-    operator_ = raster::texture_operator<float>(*mesh_, camera, height, width, light, samples);
+    operator_ = released(
+        [&] { return raster::texture_operator<float>(*mesh_, camera, height, width, light, samples); });
   }
 
   static Floats coverage(const py::object& self) {
@@ -26,26 +26,22 @@ class View {
 
   [[nodiscard]] Floats render(const py::object& texels) const {
     auto colours = colours_of<2>("texels", texels);
-    Array<float, 3> picture;
-    {
-      const others_may_run released;
-      picture = raster::render(operator_, raster::stored_texels(mesh_->pyramid, std::move(colours)));
-    }
-    return handed_over(std::move(picture));
+    return handed_over(released([&] {
+      return raster::render(operator_, raster::stored_texels(mesh_->pyramid, std::move(colours)));
+    }));
   }
 
   [[nodiscard]] Floats pull_back(const py::object& picture_adjoint) const {
     const auto adjoint = numbers_of<3>("the picture's adjoint", picture_adjoint);
     auto gradient = zeros<float, 2>({operator_.texel_count, 3});
-    {
-      const others_may_run released;
+    released([&] {
       raster::render_adjoint(operator_, adjoint, gradient);
       if (mesh_->pyramid) {
         auto of_atlas = zeros<float, 2>({mesh_->texel_count(), 3});
         mesh_->pyramid->adjoint(std::move(gradient), of_atlas);
         gradient = std::move(of_atlas);
       }
-    }
+    });
     return handed_over(std::move(gradient));
   }
 

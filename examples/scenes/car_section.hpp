@@ -1,6 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <numbers>
 
 #include "car_shape.hpp"

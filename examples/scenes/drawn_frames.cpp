@@ -34,8 +34,7 @@ double share_in_view(const Scene& scene, const Picture& picture, const Array<flo
       visible += static_cast<double>(picture.car_mask(row, column));
       whole += static_cast<double>(alone(row, column));
     }
-  const bool is_found = std::any_of(picture.boxes.begin(), picture.boxes.end(),
-                                    [&](const PictureBox& box) { return box.object == scene.car_object; });
+  const bool is_found = std::ranges::count(picture.boxes, scene.car_object, &PictureBox::object) > 0;
   return is_found ? visible / whole : 0;
 }
 
@@ -50,8 +49,7 @@ io::Frame frame_of(const Scene& scene, const Picture& picture, const Array<float
     const float visible = picture.car_mask.data()[i];  // for a partly hidden pixel the larger part decides
     mask.data()[i] = visible > 0 && visible >= 0.5F * alone.data()[i] ? 255 : 0;
   }
-  const auto box = std::find_if(picture.boxes.begin(), picture.boxes.end(),
-                                [&](const PictureBox& found) { return found.object == scene.car_object; });
+  const auto box = std::ranges::find(picture.boxes, scene.car_object, &PictureBox::object);
   frame.label = {box->class_index, detect::box_from_corners(box->left, box->top, box->right, box->bottom)};
   return frame;
 }

@@ -29,7 +29,6 @@ namespace tapestry::scenes {
   return {a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, a[2] + (b[2] - a[2]) * t};
 }
 
-/// A colour that cars are sold in.
 [[nodiscard]] inline Colour car_colour(Random& random) {
   static constexpr Colour sold[] = {{0.88F, 0.88F, 0.87F}, {0.80F, 0.80F, 0.78F}, {0.07F, 0.07F, 0.08F},
                                     {0.14F, 0.15F, 0.16F}, {0.36F, 0.37F, 0.39F}, {0.52F, 0.53F, 0.55F},

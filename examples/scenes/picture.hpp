@@ -4,7 +4,6 @@
 
 namespace tapestry::scenes {
 
-/// Place of an object in a picture.
 struct PictureBox {
   std::size_t class_index = 0;
   std::size_t object = 0;                           ///< index into the scene's objects

@@ -14,7 +14,6 @@ struct SegmentedScene {
   double main_share = 0;           ///< its visible share, see PictureBox
 };
 
-/// Draws a scene of `size` × `size` pixels.
 [[nodiscard]] SegmentedScene draw_segmented(Random random, const SceneOptions& options, std::size_t size);
 
 /// 1 where at least half of a pixel shows the car.

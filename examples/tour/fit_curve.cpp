@@ -2,11 +2,8 @@
 // error.
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <cstddef>
 #include <cstdio>
-#include <span>
 #include <tapestry/autodiff.hpp>
-#include <vector>
 
 namespace {
 struct Point {

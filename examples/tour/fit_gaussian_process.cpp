@@ -2,9 +2,7 @@
 // how noisy the measurements are, by the greatest likelihood. Matrices of variables are solved and have
 // determinants as one record each; Eigen alone would record each of their n³ / 3 multiplications.
 #include <Eigen/Core>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdio>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>

@@ -1,11 +1,8 @@
 // Minimises Rosenbrock's valley in many dimensions by Newton's method. Conjugate gradients find each step
 // from Hessian-vector products alone: no Hessian is ever stored.
 #include <cmath>
-#include <cstddef>
 #include <cstdio>
-#include <span>
 #include <tapestry/autodiff.hpp>
-#include <vector>
 
 namespace {
 using Vector = std::vector<double>;

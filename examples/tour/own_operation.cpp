@@ -1,12 +1,10 @@
 // An operation of our own with its pullback, in five lines, and the check of it that everyone should make.
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <cstdio>
 #include <numeric>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/gradient_check.hpp>
-#include <vector>
 
 using tapestry::Array, tapestry::ArrayVariable, tapestry::Variable;
 

@@ -1,8 +1,5 @@
 // Paints a car so that a detector loses it: the whole pipeline on the tape, step by step.
-#include <cstddef>
 #include <cstdio>
-#include <memory>
-#include <string>
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over.hpp>
@@ -12,7 +9,6 @@
 #include <tapestry/loss/adversarial.hpp>
 #include <tapestry/optim/adam.hpp>
 #include <tapestry/raster/painted.hpp>
-#include <vector>
 
 using namespace tapestry;
 

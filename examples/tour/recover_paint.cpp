@@ -1,5 +1,4 @@
 // Differentiates a renderer: finds the colours of a painted square from a picture of it.
-#include <cstddef>
 #include <cstdio>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/raster/texture_operator.hpp>

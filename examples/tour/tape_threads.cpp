@@ -1,11 +1,9 @@
 // A tape for each thread: the gradient of a loss over many samples, in parts that are added in a fixed order,
 // so that any number of threads gives the same bits.
 #include <cmath>
-#include <cstddef>
 #include <cstdio>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <vector>
 
 namespace {
 constexpr std::size_t sample_count = 20000, part_size = 1000;

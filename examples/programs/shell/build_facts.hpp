@@ -12,7 +12,6 @@ namespace tapestry::shell {
 /// \throws DomainError as instruction_set() does
 std::vector<std::pair<std::string, std::string>> computed_by();
 
-/// The same as text.
 std::string computed_by_text();
 
 }  // namespace tapestry::shell

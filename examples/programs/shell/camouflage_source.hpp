@@ -116,7 +116,6 @@ inline camouflage::Paint<float> picture_paint(const std::string& path, const Car
   return paint;
 }
 
-/// Reads a camouflage for a car.
 /// \pre source.is_given()
 /// \param mesh_path  the car's, for messages
 /// \throws FileError as read_fitting_paint() or picture_paint()

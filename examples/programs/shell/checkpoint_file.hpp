@@ -36,7 +36,6 @@ inline std::uint64_t number_of(const io::NpzFile& file, const std::string& name)
   return values.front();
 }
 
-/// The values of a member, all finite.
 inline std::vector<float> finite_values(const io::NpzFile& file, const std::string& name, std::size_t count,
                                         float least = std::numeric_limits<float>::lowest()) {
   auto values = file.get(name).as<float>();

@@ -5,7 +5,6 @@
 
 namespace tapestry::shell {
 
-/// Detections of a detector in some clean views.
 struct CleanViews {
   std::size_t views = 0, found = 0;  ///< pictures; those with a found car
   /// Pictures where it finds another class there, by its name.

@@ -94,13 +94,6 @@ std::string wrapped(const std::string& text, std::size_t columns) {
   return lines;
 }
 
-/// A help text without the braces around words that an option takes, unless a script for completions asks.
-std::string without_marks(std::string text) {
-  if (std::getenv("TAPESTRY_MARKED_HELP") == nullptr)
-    std::erase_if(text, [](char c) { return c == '{' || c == '}'; });
-  return text;
-}
-
 /// The form of --help, at most 80 columns wide. The script for manual pages reads it: names from column 3,
 /// texts from column 27.
 void form_help(CLI::App& app) {
@@ -110,7 +103,10 @@ void form_help(CLI::App& app) {
   app.description(wrapped(app.get_description(), most_columns) + '\n');
   app.footer("Examples:\n" + app.get_footer() + "\n\n" + exit_status_text);
   for (auto* option : app.get_options()) {
-    option->description(wrapped(without_marks(option->get_description()), most_columns - text_column));
+    std::string text = option->get_description();
+    if (std::getenv("TAPESTRY_MARKED_HELP") == nullptr)  // the braces around words are for completions
+      std::erase_if(text, [](char c) { return c == '{' || c == '}'; });
+    option->description(wrapped(text, most_columns - text_column));
     if (const auto& value = option->get_default_str(); value == "[]" || value == "\"\"")
       option->default_str("");
   }
@@ -131,6 +127,22 @@ void add_general_options(CLI::App& app, const std::string& program) {
   app.set_help_flag("-h,--help", "print this and leave");
   app.allow_config_extras(CLI::config_extras_mode::error);
   app.config_formatter(std::make_shared<ConfigFile>());
+}
+
+/// A word in quotes of the shell; if it has control characters, these are written as numbers.
+std::string quoted(const std::string& word) {
+  if (printable(word) == word) {
+    std::string text = "'";
+    for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return text + "'";
+  }
+  std::string text = "$'";
+  for (const char c : word) {
+    const bool is_plain = c >= ' ' && c <= '~' && c != '\'' && c != '\\';
+    text += is_plain ? std::string(1, c)
+                     : formatted("\\%03o", static_cast<unsigned>(static_cast<unsigned char>(c)));
+  }
+  return text + "'";
 }
 
 }  // namespace
@@ -193,24 +205,6 @@ std::vector<std::string> given_options(const CLI::App& app, const std::vector<st
   }
   return words;
 }
-
-namespace {
-/// A word in quotes of the shell; if it has control characters, these are written as numbers.
-std::string quoted(const std::string& word) {
-  if (printable(word) == word) {
-    std::string text = "'";
-    for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return text + "'";
-  }
-  std::string text = "$'";
-  for (const char c : word) {
-    const bool is_plain = c >= ' ' && c <= '~' && c != '\'' && c != '\\';
-    text += is_plain ? std::string(1, c)
-                     : formatted("\\%03o", static_cast<unsigned>(static_cast<unsigned char>(c)));
-  }
-  return text + "'";
-}
-}  // namespace
 
 std::string shell_line(const std::vector<std::string>& words) {
   std::string line;

@@ -17,7 +17,6 @@ inline std::vector<std::size_t> shown_places(std::size_t most, std::size_t pictu
   return places;
 }
 
-/// Number of columns of a sheet of pictures.
 inline std::size_t sheet_columns(std::size_t pictures) { return pictures > 12 ? 8 : 3; }
 
 /// Most pictures of `side` pixels on a sheet, so that neither side of the sheet exceeds the 16,384 pixels of

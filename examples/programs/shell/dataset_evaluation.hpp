@@ -151,7 +151,6 @@ inline evaluate::Dataset read_dataset(const LabelSettings& s, std::size_t class_
   return dataset;
 }
 
-/// Truths and detections of all pictures.
 struct DatasetFindings {
   std::vector<evaluate::TruthBox> truths{};
   std::vector<evaluate::ScoredBox> detections{};

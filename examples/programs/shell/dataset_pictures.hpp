@@ -119,7 +119,6 @@ class DatasetPictures {
 
   /// Sentence with the numbers of pictures and of objects by class.
   [[nodiscard]] const std::string& summary() const { return summary_; }
-  /// Whether there is no object at all.
   [[nodiscard]] bool is_empty() const { return is_empty_; }
 
   /// Fills a batch. The result depends on the generator alone, not on the number of threads.

@@ -6,7 +6,6 @@
 
 namespace tapestry::shell {
 
-/// Place of a frame in a data set.
 struct FramePlace {
   bool held_out;
   std::size_t index;

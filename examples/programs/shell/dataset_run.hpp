@@ -10,7 +10,6 @@
 
 namespace tapestry::shell {
 
-/// Options of train_detector over own pictures.
 struct TuningOptions : RunOptions {
   StartSettings detector;
   DatasetTraining training;
@@ -38,7 +37,6 @@ inline evaluate::Dataset held_out_of(evaluate::Dataset& dataset, const DatasetTr
   return held;
 }
 
-/// Data of a run and the detector that learns.
 struct TuningInputs {
   std::optional<detect::Detector<float>> untuned{};  ///< none: random weights
   std::unique_ptr<LearningDetector> detector{};
@@ -81,7 +79,6 @@ inline TuningInputs read_tuning_inputs(TuningOptions& options) {
   return inputs;
 }
 
-/// One run of train_detector over own pictures, in its folder.
 class TuningRun {
  public:
   TuningRun(TuningOptions options, TuningInputs inputs)
@@ -116,7 +113,6 @@ class TuningRun {
   [[nodiscard]] std::string path(const std::string& name) const { return options_.output + "/" + name; }
   [[nodiscard]] const detect::Detector<float>& detector() const { return inputs_.detector->detector(); }
 
-  /// Prints the inputs and the assumptions.
   void summarise() {
     print_warnings(inputs_.warnings);
     const DatasetTraining& s = options_.training;
@@ -231,7 +227,6 @@ class TuningRun {
   std::string identity_{};
 };
 
-/// Trains over own pictures in a run's folder.
 /// \param app  has the options, and those of drawn scenes, which are refused
 /// \returns the exit code
 inline int tune(const CLI::App& app, const char* program, TuningOptions options) {

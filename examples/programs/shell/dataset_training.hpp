@@ -14,7 +14,6 @@ inline void require_sound(StartSettings s, ProblemList& list) {
   list.require(s.precision == "float", "--precision has no part in training, which is in float");
 }
 
-/// Settings of training on own labelled pictures.
 struct DatasetTraining : LabelSettings {
   static constexpr const char* group = "Own labelled pictures";
   std::string validation;
@@ -86,7 +85,6 @@ class DatasetTrainer {
   [[nodiscard]] std::size_t best_step() const {
     return std::min(settings_.steps, best_validation() * settings_.validate_every);
   }
-  /// Whether validations stopped getting better.
   [[nodiscard]] bool is_stale() const {
     return settings_.patience > 0 && scores_.size() > settings_.patience + best_validation();
   }
@@ -137,7 +135,6 @@ class DatasetTrainer {
     learner_.restore(adam);
   }
 
-  /// Puts the detector back to its best validation.
   void take_best() {
     detector_.restore(best_);
     detector_.set_pictures_seen(best_step() * settings_.batch);

@@ -1,6 +1,7 @@
 #pragma once
 #include <numbers>
 #include <tapestry/detect/box_decode.hpp>
+#include <tapestry/image/colour_space.hpp>
 
 #include "formatted.hpp"
 #include "pixel_font.hpp"
@@ -35,14 +36,10 @@ inline constexpr Colour found_colour{40, 220, 60};
 inline Colour text_colour_on(const Colour& background) {
   constexpr std::array<double, 3> weights{0.2126, 0.7152, 0.0722};
   double luminance = 0;
-  for (std::size_t c = 0; c < 3; ++c) {
-    const double share = background[c] / 255.0;
-    luminance += weights[c] * (share <= 0.04045 ? share / 12.92 : std::pow((share + 0.055) / 1.055, 2.4));
-  }
+  for (std::size_t c = 0; c < 3; ++c) luminance += weights[c] * image::linearised(background[c] / 255.0);
   return luminance > 0.179 ? Colour{0, 0, 0} : Colour{255, 255, 255};
 }
 
-/// A box with its label.
 struct LabelledBox {
   detect::Box box{};  ///< pixels of the picture
   std::string label{};
@@ -148,7 +145,6 @@ inline Bitmap halved(const Bitmap& picture) {
   return small;
 }
 
-/// Halves the picture and its boxes.
 inline MarkedPicture halved(const MarkedPicture& marked) {
   MarkedPicture small{halved(marked.picture), marked.boxes};
   for (auto& [box, label, colour] : small.boxes) box = {box.cx / 2, box.cy / 2, box.w / 2, box.h / 2};

@@ -1,11 +1,9 @@
 #pragma once
 #include <Eigen/SparseCholesky>
 #include <complex>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <tapestry/raster/lighting.hpp>
-#include <tuple>
 
 /// \file
 /// Surfaces laid flat, cut where they would stretch: parts of a car's skin that can be printed and glued on.
@@ -92,7 +90,6 @@ struct CutSurface {
   std::vector<geometry::Vector3> positions{};
   std::vector<std::vector<Border>> borders{};
 
-  /// Connected parts of some faces.
   [[nodiscard]] std::vector<std::vector<std::size_t>> connected(const std::vector<std::size_t>& some) const {
     std::vector<int> is_open(faces.size(), 0);
     for (const std::size_t i : some) is_open[i] = 1;
@@ -176,7 +173,6 @@ class FlatLayout {
     return all;
   }
 
-  /// See FlatPart.
   [[nodiscard]] std::vector<std::array<std::size_t, 2>> rim() const {
     std::map<std::pair<std::size_t, std::size_t>, std::vector<std::array<std::size_t, 2>>> edges;
     for (std::size_t i = 0; i < part_.size(); ++i)

@@ -64,7 +64,6 @@ void visit_settings(HardenSettings& s, Visit visit) {
   visit("seed", s.seed, "seed of all paints, orders and draws");
 }
 
-/// Options of the program harden.
 struct HardenOptions : RunOptions {
   SceneSettings scene;
   DetectorSettings detector;

@@ -103,7 +103,6 @@ class Hardening {
     if (!finished()) begin_round();
   }
 
-  /// One line of progress.
   [[nodiscard]] std::string progress_text() const {
     const std::size_t of_round = settings_.attack_steps + settings_.steps;
     const HardeningStep last = state_.history.empty() ? HardeningStep{} : state_.history.back();

@@ -73,7 +73,6 @@ inline Array<float, 2> draw_paint(Random& random, const Array<float, 2>& current
   return camouflage::solid_colours<float>(texels, colour);
 }
 
-/// Sources of the clean pictures of a step.
 struct CleanSource {
   std::vector<scenes::LabelledScene> scenes;  ///< drawn ones with labels; may be empty
   Array<float, 2> own_colours;                ///< of the car, [texel, 3]

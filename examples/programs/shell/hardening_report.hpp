@@ -10,14 +10,12 @@
 
 namespace tapestry::shell {
 
-/// One detector in the same held-out views.
 struct DetectorFindings {
   std::string name;                           ///< undefended or hardened
-  std::vector<evaluate::Measurement> rows;    ///< by picture, see hardening_rows()
+  std::vector<evaluate::Measurement> rows;    ///< by picture, see hardening_rows
   std::optional<ScenePrecision> precision{};  ///< on clean drawn scenes
 };
 
-/// Results of a hardening.
 struct HardeningReport {
   DetectorFindings undefended, hardened;
   std::size_t views = 0;
@@ -29,17 +27,14 @@ struct HardeningReport {
 };
 
 /// The rows of a detector's table, in order, each with a description of its pictures.
-inline const std::vector<std::pair<std::string, std::string>>& hardening_rows() {
-  static const std::vector<std::pair<std::string, std::string>> rows{
-      {"photo", "the untouched frame"},
-      {"clean", "the car in its own colours, rendered"},
-      {"transfer", "a paint optimised against the undefended detector"},
-      {"transfer noise", "noise matched to that paint"},
-      {"adaptive", "a fresh paint optimised against this very detector, with one seed and budget for both"},
-      {"adaptive noise", "noise matched to that paint"},
-      {"random", "random noise"}};
-  return rows;
-}
+inline const std::vector<std::pair<std::string, std::string>> hardening_rows{
+    {"photo", "the untouched frame"},
+    {"clean", "the car in its own colours, rendered"},
+    {"transfer", "a paint optimised against the undefended detector"},
+    {"transfer noise", "noise matched to that paint"},
+    {"adaptive", "a fresh paint optimised against this very detector, with one seed and budget for both"},
+    {"adaptive noise", "noise matched to that paint"},
+    {"random", "random noise"}};
 
 inline const evaluate::Measurement& row_of(const DetectorFindings& detector, const std::string& name) {
   for (const auto& row : detector.rows)
@@ -119,7 +114,7 @@ inline std::string hardening_verdict(const HardeningReport& report) {
 inline WordTable hardening_table(const HardeningReport& report, bool is_explained = true) {
   WordTable table{"P@0.5 with its 95 % interval (Wilson), and the mean best confidence",
                   {"picture", "undefended", "confidence", "hardened", "confidence"}};
-  for (const auto& [name, what] : hardening_rows()) {
+  for (const auto& [name, what] : hardening_rows) {
     if (std::ranges::count(report.hardened.rows, name, &evaluate::Measurement::name) == 0) continue;
     std::vector<std::string> words{is_explained ? name + ": " + what : name};
     for (const auto* detector : {&report.undefended, &report.hardened}) {
@@ -149,7 +144,6 @@ inline std::vector<std::string> hardening_findings(const HardeningReport& report
   return sentences;
 }
 
-/// The verdict, the table and the sentences as they are printed.
 inline std::string hardening_text(const HardeningReport& report) {
   std::string text =
       hardening_verdict(report) + "\n" + views_text(report) + "; " + text_of(hardening_table(report, false));

@@ -172,7 +172,7 @@ class HardeningRun {
                       std::max(detector.input_height(), detector.input_width()));
     Examined result{{name, {}, {}}, {}, {}};
     watch.collect("adaptive", result.attacked, usable_test_.size(), most_large_views);
-    for (const auto& [row, what] : hardening_rows()) {
+    for (const auto& [row, what] : hardening_rows) {
       const auto paint = paints.find(row);
       if (paint == paints.end() && row != "photo") continue;
       result.found.rows.push_back(evaluate::measure(row, meter, store, usable_test_,

@@ -10,7 +10,6 @@ namespace tapestry::shell {
 /// Function of a layer's activations and the gradient of a score with respect to them.
 using HeatMap = Array<float, 2> (*)(const Array<float, 3>&, const Array<float, 3>&);
 
-/// The heat maps by name.
 inline constexpr std::array<std::pair<const char*, HeatMap>, 3> heat_maps{
     {{"layer_cam", &detect::layer_cam<float>},
      {"grad_cam", &detect::grad_cam<float>},
@@ -37,15 +36,13 @@ inline Array<float, 2> heat_of_input(const Array<float, 3>& input, const detect:
   const std::size_t height = detector.input_height(), width = detector.input_width();
   detect::Pass<float> pass;
   detector.forward(image::batch_of(input), pass, detect::Mode::input_gradient);
-  std::vector<const Array<float, 4>*> logits;
-  for (const auto& of_head : pass.logits) logits.push_back(&of_head);
   auto heat = zeros<float, 2>({height, width});
-  const auto best = detect::best_candidate(detector.heads(), logits, 0, {class_index}, height, width);
+  const auto best =
+      detect::best_candidate(detector.heads(), loss::to_read(pass.logits), 0, {class_index}, height, width);
   if (!best) return heat;
   const auto adjoints = detect::score_adjoint(detector.heads(), pass.logits, 0, class_index, *best);
-  std::vector<const Array<float, 4>*> pointers;
-  for (const auto& of_head : adjoints) pointers.push_back(&of_head);
-  const auto map = heat_map(detector.layer_values(pass, 0, 0), detector.layer_adjoint(pass, pointers, 0, 0));
+  const auto map = heat_map(detector.layer_values(pass, 0, 0),
+                            detector.layer_adjoint(pass, loss::to_read(adjoints), 0, 0));
   Array<float, 3> single(Extents<3>{map.shape(0), map.shape(1), 1});
   std::copy_n(map.data(), map.size(), single.data());
   const auto spread = image::resize_bilinear(single, height, width);

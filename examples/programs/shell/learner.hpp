@@ -14,7 +14,6 @@ struct StepNumber {
   double Step::*value;
 };
 
-/// Terms of the training loss in one step of the weights.
 struct LossTerms {
   double box = 0, objectness = 0, classification = 0, total = 0;
   static const std::array<StepNumber<LossTerms>, 4> all;
@@ -81,7 +80,6 @@ class Learner {
   Tape<float> tape_;
 };
 
-/// Requires heads that a Learner can train.
 inline void require_trainable_heads(const char* program, const detect::Detector<float>& detector,
                                     const std::string& path) {
   loss::require_raw_logits(program, detector.heads());
@@ -97,7 +95,8 @@ inline void require_trainable_heads(const char* program, const detect::Detector<
 inline std::unique_ptr<LearningDetector> learning_detector(const detect::Detector<float>& detector,
                                                            const DetectorSettings& settings) {
   if (io::is_onnx(settings.weights) && !io::is_of_darknet(io::read_onnx(settings.weights)))
-    return std::make_unique<LearningGraph>(settings.weights, detector, settings.size);
+    return std::make_unique<LearningGraph>(settings.weights, io::read_text_file(settings.weights), detector,
+                                           settings.size);
   std::optional<detect::DecodeFamily> decode;
   if (!settings.decode.empty()) decode = detect::decode_family_by_name(settings.decode);
   return std::make_unique<LearningModel>(

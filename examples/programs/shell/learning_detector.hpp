@@ -28,7 +28,6 @@ class LearningDetector {
                                                              const ArrayVariable<float, 1>& weights) {
     return detect::forward(learning_, images, weights, pass_);
   }
-  /// Stores the number of pictures seen in training.
   virtual void set_pictures_seen(std::uint64_t) {}
 
   /// Writes an ONNX model.
@@ -79,7 +78,6 @@ class LearningModel final : public LearningDetector {
   void save(const std::string& path) const override { save_model(model_, cfg_, path); }
 
  private:
-  /// Makes the detector of the model's parameters.
   void renew() {
     auto names = detector_.names();
     const auto fit = detector_.fit();
@@ -101,22 +99,20 @@ class LearningModel final : public LearningDetector {
 /// file. Batch normalisation in the file keeps its running statistics.
 class LearningGraph final : public LearningDetector {
  public:
-  /// \param start  read from this file
+  /// \param bytes  of the file
+  /// \param start  read from it
   /// \param size   as of detect::Detector
   /// \throws FileError (mismatch) if weights cannot be replaced in the file, or if the file would then hold
   ///         another network
-  LearningGraph(const std::string& path, const detect::Detector<float>& start, std::size_t size)
-      : LearningGraph(path, io::read_text_file(path), start, size) {}
+  LearningGraph(const std::string& path, const std::string& bytes, const detect::Detector<float>& start,
+                std::size_t size)
+      : LearningGraph(path, bytes, io::parse_onnx(bytes, path), start, size) {}
 
   void save(const std::string& path) const override {
     io::write_file_atomically(path, std::string_view(written()));
   }
 
  private:
-  LearningGraph(const std::string& path, const std::string& bytes, const detect::Detector<float>& start,
-                std::size_t size)
-      : LearningGraph(path, bytes, io::parse_onnx(bytes, path), start, size) {}
-
   LearningGraph(const std::string& path, const std::string& bytes, const nn::NetworkDescription& network,
                 const detect::Detector<float>& start, std::size_t size)
       : LearningDetector({network, start.description(), size, {}, may_simplify(network, start)}),

@@ -7,7 +7,6 @@
 
 namespace tapestry::shell {
 
-/// Size of a picture and its sampling.
 struct PictureSettings {
   std::size_t height = 512;
   std::size_t width = 512;
@@ -15,11 +14,10 @@ struct PictureSettings {
   std::array<double, 3> background{1, 1, 1};
 };
 
-/// A painted mesh with its texture and light, ready to be drawn.
 struct PaintedScene : raster::PaintedMesh {
   Array<float, 2> texels;  ///< the texture's own texels, without a pyramid
   raster::SmoothLight light;
-  std::string lighting = "flat";                        ///< one of lighting_names()
+  std::string lighting = "flat";                        ///< one of lighting_names
   double coat = 0;                                      ///< see raster::ClearCoat; 0: none
   double roughness = 0.1;                               ///< of the coat
   std::optional<raster::OutdoorLight> outdoors{};       ///< for sky and sun, see outdoor_light()
@@ -28,18 +26,12 @@ struct PaintedScene : raster::PaintedMesh {
 
 /// none: colours as they are. flat, smooth: an ambient and a distant light. sky: light from all around that
 /// the mesh hides from itself. sun: a distant light with shadows, and the sky.
-inline const std::vector<std::string>& lighting_names() {
-  static const std::vector<std::string> names{"none", "flat", "smooth", "sky", "sun"};
-  return names;
-}
+inline const std::vector<std::string> lighting_names{"none", "flat", "smooth", "sky", "sun"};
 
 inline bool is_outdoors(const std::string& lighting) { return lighting == "sky" || lighting == "sun"; }
 
-inline const std::vector<std::string>& mesh_view_names() {
-  static const std::vector<std::string> names{"colour", "normal",   "uv",      "face",
-                                              "depth",  "position", "coverage"};
-  return names;
-}
+inline const std::vector<std::string> mesh_view_names{"colour", "normal",   "uv",      "face",
+                                                      "depth",  "position", "coverage"};
 
 /// Sun and sky with the strengths of a scene's light; without a sun the sky has all of it.
 inline raster::OutdoorLight outdoor_light(const PaintedScene& scene) {
@@ -214,7 +206,7 @@ inline PictureSettings with_rate(PictureSettings picture, const PaintedScene& sc
 }
 }  // namespace detail
 
-/// One picture of a scene, [H, W, 3] in [0, 1]; `view` is one of mesh_view_names(). The coverage has no
+/// One picture of a scene, [H, W, 3] in [0, 1]; `view` is one of mesh_view_names. The coverage has no
 /// background.
 inline Array<float, 3> mesh_view(const std::string& view, const PaintedScene& scene,
                                  const geometry::Camera& camera, PictureSettings picture) {
@@ -254,10 +246,7 @@ inline Array<std::uint8_t, 3> transparent_view(const std::string& view, const Pa
 }
 
 /// Views that show physical quantities, see measured_view().
-inline const std::vector<std::string>& measured_view_names() {
-  static const std::vector<std::string> names{"depth", "position", "normal"};
-  return names;
-}
+inline const std::vector<std::string> measured_view_names{"depth", "position", "normal"};
 
 /// Values of a picture, row-major.
 struct Measurements {
@@ -265,7 +254,7 @@ struct Measurements {
   std::vector<float> values;
 };
 
-/// A view of measured_view_names() in physical units: the mean over the mesh's visible part in a pixel; 0
+/// A view of measured_view_names in physical units: the mean over the mesh's visible part in a pixel; 0
 /// where none is visible.
 inline Measurements measured_view(const std::string& view, const PaintedScene& scene,
                                   const geometry::Camera& camera, PictureSettings picture) {

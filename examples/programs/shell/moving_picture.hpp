@@ -1,5 +1,4 @@
 #pragma once
-#include <zlib.h>
 
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/io/atomic_file.hpp>

@@ -59,7 +59,6 @@ inline void require_old_tensors(const io::RegularFile& file, std::uint64_t begin
          std::to_string(file.size()) + " bytes");
 }
 
-/// A model, and the text of its cfg.
 struct ModelWithCfg {
   detect::DarknetModel<float> model;
   std::string cfg;

@@ -26,7 +26,6 @@ struct PaintPanel {
   /// from it.
   Place to_front{}, to_top{};
 
-  /// The ends of an edge of the rim.
   [[nodiscard]] std::array<Place, 2> ends_m(const std::array<std::size_t, 2>& edge) const {
     const auto& [face, corner] = edge;
     return {places_m[face][corner], places_m[face][(corner + 1) % 3]};
@@ -175,7 +174,6 @@ class PanelRims {
 };
 }  // namespace detail
 
-/// The panels of the painted faces.
 inline PaintPanels paint_panels(const raster::PaintedMesh& body, double metres_per_unit) {
   PaintPanels found;
   std::vector<std::size_t> faces;

@@ -11,7 +11,6 @@ struct PanelPart {
   double left = 0, bottom = 0, width = 0, height = 0;
 };
 
-/// Draws panels of a scene with an atlas into a file.
 class PanelDrawing {
  public:
   /// \param path  of the file, for messages
@@ -67,7 +66,6 @@ class PanelDrawing {
     }
   }
 
-  /// Whether a part shows any paint.
   [[nodiscard]] bool is_painted(const PaintPanel& panel, const PanelPart& part) const {
     return !faces_in(panel, part).empty();
   }

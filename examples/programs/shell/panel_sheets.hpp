@@ -8,7 +8,6 @@
 
 namespace tapestry::shell {
 
-/// What the sheets show.
 struct PanelSettings {
   std::string path;  ///< of the file
   std::string car;   ///< its name
@@ -68,7 +67,6 @@ inline void draw_arrows(PdfPage& page, const PagePoint& from, const PaintPanel& 
 }
 }  // namespace detail
 
-/// Lays out and draws the sheets.
 class PanelSheets {
  public:
   /// \param scene  with an atlas
@@ -103,7 +101,6 @@ class PanelSheets {
     return file_.bytes();
   }
 
-  /// One line on the file's content.
   [[nodiscard]] std::string summary() const {
     std::string text = formatted("%zu panel%s on %zu sheet%s", planned_.size(),
                                  planned_.size() == 1 ? "" : "s", sheets_, sheets_ == 1 ? "" : "s");

@@ -93,7 +93,6 @@ class PdfPage {
   std::vector<std::size_t> pictures_;
 };
 
-/// The pages and pictures of a file.
 class PdfFile {
  public:
   /// \param path  for messages

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/image/colour_space.hpp>
 #include <tapestry/image/resize.hpp>
 
 #include "contact_sheet.hpp"

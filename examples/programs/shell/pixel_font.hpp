@@ -1,5 +1,4 @@
 #pragma once
-#include <cstdint>
 #include <string_view>
 #include <tapestry/core/array.hpp>
 
@@ -87,16 +86,14 @@ inline void fill_rectangle(Bitmap& bitmap, long left, long top, long right, long
   bottom = std::min(bottom, static_cast<long>(bitmap.shape(0)));
   for (long y = std::max(top, 0L); y < bottom; ++y)
     for (long x = std::max(left, 0L); x < right; ++x)
-      std::copy(colour.begin(), colour.end(),
-                &bitmap(static_cast<std::size_t>(y), static_cast<std::size_t>(x), 0));
+      std::ranges::copy(colour, &bitmap(static_cast<std::size_t>(y), static_cast<std::size_t>(x), 0));
 }
 
 /// Columns that a text takes.
 /// \param scale  side of a glyph's pixel in pixels of the picture
 inline long text_width(std::string_view text, long scale) {
-  const auto characters = static_cast<long>(std::count_if(text.begin(), text.end(), [](char c) {
-    return !detail::continues_character(static_cast<unsigned char>(c));
-  }));
+  const auto characters = static_cast<long>(std::ranges::count_if(
+      text, [](char c) { return !detail::continues_character(static_cast<unsigned char>(c)); }));
   return characters == 0 ? 0 : (glyph_advance * characters - 1) * scale;
 }
 

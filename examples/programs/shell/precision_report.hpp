@@ -7,7 +7,6 @@
 
 namespace tapestry::shell {
 
-/// The measures with their names in reports.
 inline std::vector<std::pair<const char*, std::optional<double>>> named_measures(
     const evaluate::PrecisionSummary& s) {
   return {{"ap", s.ap},
@@ -19,7 +18,6 @@ inline std::vector<std::pair<const char*, std::optional<double>>> named_measures
           {"recall", s.recall}};
 }
 
-/// The row of all classes.
 inline evaluate::ClassPrecision all_classes(const evaluate::AveragePrecision& result) {
   evaluate::ClassPrecision all{0, 0, result.mean};
   for (const auto& one : result.classes) {

@@ -25,7 +25,6 @@ class Ranks {
   }
 
   [[nodiscard]] std::size_t count() const { return count_; }
-  /// Index from 0.
   [[nodiscard]] std::size_t index() const { return index_; }
   [[nodiscard]] bool is_first() const { return index_ == 0; }
 

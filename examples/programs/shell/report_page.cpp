@@ -51,12 +51,6 @@ std::string curve_svg(const Curve& curve) {
          points + "\"/></svg>\n";
 }
 
-/// An atlas of at most 2^16 pixels as a PNG in letters.
-std::string atlas_letters(Bitmap atlas) {
-  while (atlas.size() > 3 * 65536 && std::min(atlas.shape(0), atlas.shape(1)) > 1) atlas = halved(atlas);
-  return base64(io::png_file("report.html", atlas));
-}
-
 /// The pictures of one side of the pairs as JPEGs in letters.
 /// \param letters left; subtracts the used ones
 /// \returns nothing if there are too few
@@ -178,9 +172,13 @@ std::string pictures_html(const ViewPictures& pictures) {
 std::string atlases_html(const ReportPage& page) {
   if (page.atlases.empty()) return {};
   std::string html = "<h2>Paint</h2>\n<div class=\"atlases\">\n";
-  for (const auto& [words, atlas] : page.atlases)
+  for (const auto& [words, atlas] : page.atlases) {
+    Bitmap shown = atlas;  // of at most 2^16 pixels
+    while (shown.size() > 3 * 65536 && std::min(shown.shape(0), shown.shape(1)) > 1) shown = halved(shown);
     html += "<figure><img alt=\"" + escaped(words) + "\" src=\"data:image/png;base64," +
-            atlas_letters(atlas) + "\"><figcaption>" + escaped(words) + "</figcaption></figure>\n";
+            base64(io::png_file("report.html", shown)) + "\"><figcaption>" + escaped(words) +
+            "</figcaption></figure>\n";
+  }
   return html + "</div>\n";
 }
 

@@ -31,7 +31,6 @@ struct ViewPictures {
   std::vector<std::pair<std::string, std::vector<MarkedPicture>>> ways{};
 };
 
-/// Most views that a page shows large.
 inline constexpr std::size_t most_large_views = 24;
 
 /// A page about pictures of measured views. Empty parts are left out.

@@ -31,11 +31,6 @@ void require_makeable_folder(const std::string& folder) {
 }
 
 namespace {
-const std::string& made_writable(const std::string& folder) {
-  make_writable_folder(folder);
-  return folder;
-}
-
 /// The first text of a JSON value that is not UTF-8; empty if there is none.
 std::string text_not_utf8(const Json& json) {
   if (json.is_string()) {
@@ -50,7 +45,9 @@ std::string text_not_utf8(const Json& json) {
 }  // namespace
 
 RunFolder::RunFolder(std::string path, bool is_new)
-    : path_(std::move(path)), is_new_(is_new), claim_(Claimed::folder, made_writable(path_)) {}
+    : path_(std::move(path)),
+      is_new_(is_new),
+      claim_(Claimed::folder, (make_writable_folder(path_), path_)) {}
 
 RunFolder::~RunFolder() {
   claim_.release();

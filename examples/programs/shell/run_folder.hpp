@@ -43,7 +43,6 @@ class RunFolder {
 /// \throws Error (usage) naming text that is not UTF-8
 [[nodiscard]] std::string exact_text(const Json& json, int indent = 2);
 
-/// The facts of computed_by(), as JSON.
 [[nodiscard]] Json computed_by_json();
 
 /// Requires a file in a folder that others have written.

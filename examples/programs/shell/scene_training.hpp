@@ -37,7 +37,6 @@ inline void require_sound(const SceneTraining& s, ProblemList& list) {
   list.require(s.validate <= 2000, "--validate must be at most 2000");
 }
 
-/// Held-out views of cars in one kind of paint.
 template <class Scene>
 struct HeldOut {
   std::string name;
@@ -73,7 +72,6 @@ auto held_out_sets(std::uint64_t stream, std::size_t count, Draw draw) {
   return sets;
 }
 
-/// Loss of a training step.
 struct StepLoss {
   double total = 0;
   std::string terms{};  ///< as text, printed behind the loss

@@ -30,7 +30,6 @@ class SideBySide {
   SideBySide(const SideBySide&) = delete;
   SideBySide& operator=(const SideBySide&) = delete;
 
-  /// A few of them in rows.
   /// \param views  facts of each picture
   [[nodiscard]] Bitmap sheet(const std::vector<ViewFacts>& views) const {
     constexpr std::size_t most_rows = 3;
@@ -69,7 +68,6 @@ class SideBySide {
     io::write_file_atomically(path, moving_png(path, frames, seconds));
   }
 
-  /// All of them, for a page.
   [[nodiscard]] ViewPictures pictures() const {
     ViewPictures all{places_};
     for (std::size_t i = 0; i < ways_.size(); ++i)

@@ -75,7 +75,6 @@ inline void print_work(const std::vector<std::pair<const char*, WorkTime>>& stre
                 time.wall > 0 ? time.busy / time.wall : 0);
 }
 
-/// Prints the layers that a detector keeps between passes, and the work saved.
 inline void print_kept_layers(const camouflage::KeptLayers<float>& kept) {
   std::printf("  layers kept of %zu of %zu views, where that saves %.0f %% of the products; ",
               kept.kept_count(), kept.view_count(), 100 * camouflage::least_share_kept);

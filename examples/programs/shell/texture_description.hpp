@@ -130,7 +130,6 @@ inline std::string description_path(const std::string& png) {
   return io::path_of(png).replace_extension(".json").string();
 }
 
-/// Writes an atlas as PNG, and its description beside it.
 inline void write_described_texture(const std::string& png, const Array<float, 3>& atlas,
                                     const Json& description) {
   io::write_image(png, atlas);

@@ -34,7 +34,6 @@ inline std::string new_names_text(const evaluate::FateCounts& fates, const std::
   return text;
 }
 
-/// Figures of one texture for a verdict.
 struct FoundCar {
   evaluate::DetectionRate rate{};
   evaluate::FateCounts fates{};

@@ -19,7 +19,6 @@ struct ViewFacts {
   std::optional<bool> shows_car{};       ///< see camouflage::View
 };
 
-/// The share of a view's picture that the car covers.
 double car_share_of(const camouflage::View<float>& view);
 
 ViewFacts facts_of(const camouflage::View<float>& view);

@@ -85,7 +85,6 @@ inline std::string html_of(const WordTable& table) {
   return text + "</tbody></table></div></figure>\n";
 }
 
-/// Text for LaTeX, with special characters escaped.
 inline std::string latex_escaped(const std::string& text) {
   std::string out;
   for (const char c : text)

@@ -1,8 +1,6 @@
 #pragma once
 #include <cmath>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/core/in_quotes.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/vector_exp.hpp>
 
@@ -44,8 +42,6 @@ template <std::floating_point T>
   return bytes;
 }
 
-}  // namespace tapestry::image
-
 // Light adds up, the numbers of a picture do not: a byte of sRGB stands for an amount of light by a curve.
 // Fine black and white stripes that blend in a far pixel give half the light, which a camera writes as
 // 0.735; the mean of their numbers is 0.5.
@@ -53,7 +49,6 @@ template <std::floating_point T>
 // Source of the curve: IEC 61966-2-1, except that its two parts meet where they cross. The standard rounds
 // that place (to 0.04045 and 0.0031308), which leaves a step of 2e-8 that a derivative would not see. Both
 // parts continue beyond 0 to 1.
-namespace tapestry::image {
 
 /// Space for blending, filtering and lighting colours. Colours that are read, optimised, shown to a detector
 /// or written are always encoded.

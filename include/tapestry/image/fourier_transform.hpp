@@ -1,12 +1,8 @@
 #pragma once
-#include <algorithm>
-#include <array>
 #include <complex>
 #include <numbers>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/core/platform/memory.hpp>
-#include <vector>
 
 namespace tapestry::image {
 

@@ -85,6 +85,15 @@ template <std::floating_point T>
 void terms_adjoint(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,
                    const TermSums& adjoint, const LogitsAdjoint<T>& logits_adjoint);
 
+/// adversarial() of the logits of these heads.
+template <std::floating_point T>
+[[nodiscard]] AdversarialTerms<Variable<T>> adversarial_of(const std::vector<detect::Head>& heads,
+                                                           std::size_t input_height, std::size_t input_width,
+                                                           const std::vector<ArrayVariable<T, 4>>& logits,
+                                                           std::span<const Target> targets,
+                                                           AdversarialLoss kind,
+                                                           const AdversarialWeights& weights);
+
 }  // namespace detail
 
 /// The loss that is minimised so that one image's target is not found, on the raw logits of the heads.
@@ -109,19 +118,6 @@ template <std::floating_point T>
 void adversarial_adjoint(const Predictions<T>& predictions, const Target& target, AdversarialLoss kind,
                          const AdversarialWeights& weights, T total_adjoint,
                          const LogitsAdjoint<T>& logits_adjoint);
-
-namespace detail {
-
-/// adversarial() of the logits of these heads.
-template <std::floating_point T>
-[[nodiscard]] AdversarialTerms<Variable<T>> adversarial_of(const std::vector<detect::Head>& heads,
-                                                           std::size_t input_height, std::size_t input_width,
-                                                           const std::vector<ArrayVariable<T, 4>>& logits,
-                                                           std::span<const Target> targets,
-                                                           AdversarialLoss kind,
-                                                           const AdversarialWeights& weights);
-
-}  // namespace detail
 
 /// adversarial() of a batch on the tape: every term is the mean over the images of its value, and total
 /// the mean of their weighted sums; all are one record, whose pullback is adversarial_adjoint(). Images run

@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
 #include <tapestry/core/compiled.hpp>
-#include <tapestry/core/parallel.hpp>
 
 namespace tapestry::loss {
 

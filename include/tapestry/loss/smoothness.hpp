@@ -1,8 +1,8 @@
 #pragma once
+#include <numeric>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/array.hpp>  // Image, Mask
 #include <tapestry/core/error.hpp>  // require_shape, ShapeError
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/image/pixel_window.hpp>
 
 namespace tapestry::loss::detail {
@@ -62,9 +62,7 @@ double squared_steps(const Steps& steps, const T* colour, std::size_t channels, 
     }
     row_sums[y] = sum;
   });
-  double total = 0;
-  for (const double sum : row_sums) total += sum;
-  return total;
+  return std::accumulate(row_sums.begin(), row_sums.end(), 0.0);
 }
 
 /// Adds the derivative of squared_steps() times loss_adjoint. Every value gathers from its four steps,
@@ -96,14 +94,6 @@ void squared_steps_adjoint(const Steps& steps, const T* colour, std::size_t chan
   });
 }
 
-/// smoothness() in double.
-template <Image Render, Mask VehicleMask>
-[[nodiscard]] double smoothness_sum(const Render& render, const VehicleMask& mask) {
-  require_shape("smoothness", "mask", mask, {render.shape(0), render.shape(1)});
-  const PixelSteps<typename VehicleMask::value_type> steps{mask.data(), render.shape(0), render.shape(1)};
-  return squared_steps(steps, render.data(), render.shape(2), render.shape(1) * render.shape(2));
-}
-
 }  // namespace tapestry::loss::detail
 
 namespace tapestry::loss {
@@ -123,7 +113,11 @@ namespace tapestry::loss {
 /// \throws ShapeError if mask is not [H, W]
 template <Image Render, Mask VehicleMask>
 [[nodiscard]] auto smoothness(const Render& render, const VehicleMask& mask) {
-  return static_cast<typename Render::value_type>(detail::smoothness_sum(render, mask));
+  require_shape("smoothness", "mask", mask, {render.shape(0), render.shape(1)});
+  const detail::PixelSteps<typename VehicleMask::value_type> steps{mask.data(), render.shape(0),
+                                                                   render.shape(1)};
+  return static_cast<typename Render::value_type>(
+      detail::squared_steps(steps, render.data(), render.shape(2), render.shape(1) * render.shape(2)));
 }
 
 /// Adds loss_adjoint · ∂L/∂O to render_adjoint, [H, W, C]; arguments otherwise as in smoothness().
@@ -213,8 +207,7 @@ template <std::floating_point T>
     sums[n] = detail::squared_steps(masked.steps, pictures.value().data() + masked.first, channel_count,
                                     masked.row);
   });
-  double total = 0;
-  for (const double sum : sums) total += sum;
+  const double total = std::accumulate(sums.begin(), sums.end(), 0.0);
   const auto pullback = [values = pictures.shared_value(), of_pictures = std::move(masks)](
                             T adjoint, Array<T, 4>* pictures_adjoint) {
     for (std::size_t n = 0; n < of_pictures.size(); ++n) {

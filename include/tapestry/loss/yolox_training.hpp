@@ -1,7 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/loss/detail/box_assignment.hpp>
-#include <tapestry/loss/detail/training_terms.hpp>
 #include <tapestry/loss/yolo_training.hpp>  // YoloTrainingVariables
 
 namespace tapestry::loss {

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/image/batch.hpp>
 #include <tapestry/image/letterbox.hpp>
 #include <tapestry/image/resize.hpp>

@@ -1,22 +1,8 @@
 #pragma once
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/image/detail/transform/matrix3.hpp>
-
-namespace tapestry::image::detail {
-
-/// Calls body(y) for every row of a picture, from several threads.
-template <class Body>
-void for_each_row(std::size_t rows, Body body) {
-  constexpr std::size_t rows_a_block = 16;
-  parallel_for_blocks(rows, rows_a_block, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t y = begin; y < end; ++y) body(y);
-  });
-}
-
-}  // namespace tapestry::image::detail
 
 namespace tapestry::image {
 
@@ -31,6 +17,15 @@ struct ColourChange {
 [[nodiscard]] ColourChange contrast_and_saturation(double contrast, double saturation);
 
 namespace detail {
+
+/// Calls body(y) for every row of a picture, from several threads.
+template <class Body>
+void for_each_row(std::size_t rows, Body body) {
+  constexpr std::size_t rows_a_block = 16;
+  parallel_for_blocks(rows, rows_a_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t y = begin; y < end; ++y) body(y);
+  });
+}
 
 template <std::floating_point T, std::size_t Rank>
 void require_colours(const char* operation, const Array<T, Rank>& colours) {

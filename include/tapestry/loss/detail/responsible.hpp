@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/loss/detail/box_assignment.hpp>  // cell_of
-#include <tapestry/loss/prediction.hpp>
 
 namespace tapestry::loss {
 

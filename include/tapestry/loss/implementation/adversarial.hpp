@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/arrays/gather.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/adversarial.hpp>
 #include <tapestry/loss/detail/prediction_variable.hpp>
 

@@ -1,7 +1,6 @@
 #pragma once
 #include <numeric>
 #include <tapestry/autodiff/record.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/cross_entropy.hpp>
 #include <tapestry/loss/detail/logistic.hpp>
 

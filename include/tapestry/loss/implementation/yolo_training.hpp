@@ -31,8 +31,7 @@ std::vector<Assignment> assignments(const Predictions<T>& predictions, const std
         cell_of(predictions.heads[head], truth.box, predictions.input_height, predictions.input_width);
     const Candidate candidate{head, anchor, cell.row, cell.column};
     const auto is_taken = [&](const Assignment& other) { return other.candidate == candidate; };
-    if (cell.exists && std::none_of(assigned.begin(), assigned.end(), is_taken))
-      assigned.push_back({candidate, &truth});
+    if (cell.exists && std::ranges::none_of(assigned, is_taken)) assigned.push_back({candidate, &truth});
   };
   for (const Target& truth : truths) {
     if (!(truth.box.w > 0 && truth.box.h > 0)) continue;
@@ -58,11 +57,11 @@ void for_each_background(const Predictions<T>& predictions, const std::vector<Ta
   for (std::size_t head = 0; head < predictions.heads.size(); ++head)
     for_each_candidate(head, predictions.heads[head], [&](const Candidate& candidate) {
       const auto is_assigned = [&](const Assignment& other) { return other.candidate == candidate; };
-      if (std::any_of(assigned.begin(), assigned.end(), is_assigned)) return;
+      if (std::ranges::any_of(assigned, is_assigned)) return;
       if (!truths.empty()) {
         const detect::Box box = decoded_box(predictions, candidate);
         const auto overlaps = [&](const Target& truth) { return detect::iou(box, truth.box) > ignore_iou; };
-        if (std::any_of(truths.begin(), truths.end(), overlaps)) return;
+        if (std::ranges::any_of(truths, overlaps)) return;
       }
       visit(candidate);
     });
@@ -104,7 +103,6 @@ BoxGoal box_goal(const Predictions<T>& predictions, const Assignment& assignment
   return (logit - wanted) * (logit - wanted) / 2;
 }
 
-/// Derivative of extent_loss() to the logit.
 [[nodiscard]] inline double extent_loss_slope(const detect::Head& head, double logit, double wanted) {
   if (head.decode == detect::DecodeFamily::ultralytics) return binary_cross_entropy_slope(logit, wanted);
   return logit - wanted;

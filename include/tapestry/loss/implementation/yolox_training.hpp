@@ -11,7 +11,6 @@ namespace detail {
   return missed * missed * binary_cross_entropy(logit, wanted);
 }
 
-/// ∂quality_focal/∂logit.
 [[nodiscard]] inline double quality_focal_slope(double logit, double wanted) {
   const double missed = binary_cross_entropy_slope(logit, wanted);
   return missed * (missed * missed + 2 * logistic_slope(logit) * binary_cross_entropy(logit, wanted));

@@ -31,12 +31,6 @@ struct SensorNoise {
   std::uint64_t seed = 1;
 };
 
-namespace detail {
-
-void require_sound(const SensorNoise& noise);
-
-}  // namespace detail
-
 /// The picture with noise, not clipped to 0 … 1.
 ///
 /// \param picture  [H, W, C]; below 0 counts as 0 for the variance
@@ -61,6 +55,7 @@ struct JpegCompression {
 
 namespace detail {
 
+void require_sound(const SensorNoise& noise);
 void require_sound(const JpegCompression& jpeg);
 
 }  // namespace detail

@@ -1,5 +1,4 @@
 #pragma once
-#include <memory>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
 #include <type_traits>

@@ -86,7 +86,6 @@ class BatchNormalization : public Operation<T> {
   [[nodiscard]] bool is_channels_last() const { return extents_.is_last || extents_.pixels == 1; }
   [[nodiscard]] std::size_t pixel_count() const { return extents_.images * extents_.pixels; }
 
-  /// to += scale · adjoint, for each channel.
   void add_scaled(const T* adjoint, const std::vector<double>& scale, T* to) const {
     if (is_channels_last()) {
       detail::Periodic<T> ones(extents_.channels), factors(extents_.channels), zeros(extents_.channels);
@@ -238,32 +237,27 @@ class BatchStatisticsNormalization : public Operation<T> {
 /// BatchNormalization. In training_mode 1 only of tensors whose channels lie last: maps, and [N, C].
 template <std::floating_point T>
 void add_batch_normalization(OperatorTable<T>& table) {
-  table["BatchNormalization"] = {
-      LayoutRule::channels_last,
-      1,
-      false,
-      {{5, 5}},
-      [](OperatorContext& context) -> std::unique_ptr<Operation<T>> {
-        const double momentum = context.number("momentum", 0.9);
-        context.ignore("spatial");  // the extents of the operands of each channel exclude 0
-        const bool is_training = context.flag("training_mode", 0);
-        const ChannelExtents extents = channel_extents(context);
-        for (std::size_t input = 1; input < 5; ++input) require_channels(context, input, extents.channels);
-        const Shape& shape = context.input(0).shape;
-        const double epsilon = context.number("epsilon", 1e-5);
-        if (!is_training) {
-          const bool is_computed =
-              context.input(1).constant == nullptr || context.input(4).constant == nullptr;
-          return std::make_unique<BatchNormalization<T>>(shape, extents, epsilon, is_computed);
-        }
-        if (!extents.is_last && extents.pixels != 1)
-          throw DomainError("attribute 'training_mode' is 1; only maps, [N, C, H, W], are supported there");
-        bool takes_batches = true;
-        for (std::size_t input = 1; input < 5; ++input)
-          takes_batches = takes_batches && context.input(input).constant != nullptr;
-        return std::make_unique<BatchStatisticsNormalization<T>>(shape, extents, epsilon, momentum,
-                                                                 takes_batches);
-      }};
+  const auto make = [](OperatorContext& context) -> std::unique_ptr<Operation<T>> {
+    const double momentum = context.number("momentum", 0.9);
+    context.ignore("spatial");  // the extents of the operands of each channel exclude 0
+    const bool is_training = context.flag("training_mode", 0);
+    const ChannelExtents extents = channel_extents(context);
+    for (std::size_t input = 1; input < 5; ++input) require_channels(context, input, extents.channels);
+    const Shape& shape = context.input(0).shape;
+    const double epsilon = context.number("epsilon", 1e-5);
+    if (!is_training) {
+      const bool is_computed = context.input(1).constant == nullptr || context.input(4).constant == nullptr;
+      return std::make_unique<BatchNormalization<T>>(shape, extents, epsilon, is_computed);
+    }
+    if (!extents.is_last && extents.pixels != 1)
+      throw DomainError("attribute 'training_mode' is 1; only maps, [N, C, H, W], are supported there");
+    bool takes_batches = true;
+    for (std::size_t input = 1; input < 5; ++input)
+      takes_batches = takes_batches && context.input(input).constant != nullptr;
+    return std::make_unique<BatchStatisticsNormalization<T>>(shape, extents, epsilon, momentum,
+                                                             takes_batches);
+  };
+  table["BatchNormalization"] = {LayoutRule::channels_last, 1, false, {{5, 5}}, make};
 }
 
 }  // namespace tapestry::nn

@@ -19,29 +19,25 @@ struct BinaryLoops {
 };
 
 namespace detail {
+/// y[i] = F(a[i], b[i]), where either operand may be one number.
+template <class F, std::floating_point T, class A, class B>
+struct BinaryBody {
+  A a;
+  B b;
+  T* y;
+  [[gnu::always_inline]] static T at(T one, std::size_t) { return one; }
+  [[gnu::always_inline]] static T at(const T* values, std::size_t i) { return values[i]; }
+  [[gnu::always_inline]] void operator()(std::size_t i) const { y[i] = F::value(at(a, i), at(b, i)); }
+};
+
 template <class F, std::floating_point T>
 void binary_forward(const T* a, const T* b, T* y, std::size_t count, bool a_moves, bool b_moves) {
-  struct Both {
-    const T *a, *b;
-    T* y;
-    [[gnu::always_inline]] void operator()(std::size_t i) const { y[i] = F::value(a[i], b[i]); }
-  };
-  struct First {
-    const T* a;
-    T b;
-    T* y;
-    [[gnu::always_inline]] void operator()(std::size_t i) const { y[i] = F::value(a[i], b); }
-  };
-  struct Second {
-    T a;
-    const T* b;
-    T* y;
-    [[gnu::always_inline]] void operator()(std::size_t i) const { y[i] = F::value(a, b[i]); }
-  };
   if constexpr (F::is_vector) {
-    if (a_moves && b_moves) return tapestry::detail::for_block<16>(count, Both{a, b, y});
-    if (a_moves) return tapestry::detail::for_block<16>(count, First{a, *b, y});
-    if (b_moves) return tapestry::detail::for_block<16>(count, Second{*a, b, y});
+    using tapestry::detail::for_block;
+    using Array = const T*;
+    if (a_moves && b_moves) return for_block<16>(count, BinaryBody<F, T, Array, Array>{a, b, y});
+    if (a_moves) return for_block<16>(count, BinaryBody<F, T, Array, T>{a, *b, y});
+    if (b_moves) return for_block<16>(count, BinaryBody<F, T, T, Array>{*a, b, y});
   }
   for (std::size_t i = 0; i < count; ++i) y[i] = F::value(a[a_moves ? i : 0], b[b_moves ? i : 0]);
 }
@@ -55,7 +51,6 @@ void binary_partial(const T* a, const T* b, const T* dy, T* to, std::size_t coun
   }
 }
 
-/// Derivative of a product.
 template <int Operand, std::floating_point T>
 void product_partial(const T* a, const T* b, const T* dy, T* to, std::size_t count, bool a_moves,
                      bool b_moves) {
@@ -187,7 +182,6 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
-/// Arithmetic, comparisons and logic.
 template <std::floating_point T>
 void add_binary_operators(OperatorTable<T>& table) {
   using detail::add_binary, detail::binary_loops, detail::binary_operator;
@@ -201,13 +195,13 @@ void add_binary_operators(OperatorTable<T>& table) {
                                  binary_loops<binary::IntegerPow<T>, T>());
   table["Mod"] = {LayoutRule::any, all_inputs, true, {{2, 2}}, detail::make_mod<T>};
   add_binary<binary::PRelu<T>>(table, "PRelu", Kind::weighted);
-  add_binary<binary::Equal<T>>(table, "Equal", Kind::test);
-  add_binary<binary::Greater<T>>(table, "Greater", Kind::test);
-  add_binary<binary::GreaterOrEqual<T>>(table, "GreaterOrEqual", Kind::test);
-  add_binary<binary::Less<T>>(table, "Less", Kind::test);
-  add_binary<binary::LessOrEqual<T>>(table, "LessOrEqual", Kind::test);
-  add_binary<binary::And<T>>(table, "And", Kind::test);
-  add_binary<binary::Or<T>>(table, "Or", Kind::test);
+  add_binary<binary::Test<T, std::equal_to>>(table, "Equal", Kind::test);
+  add_binary<binary::Test<T, std::greater>>(table, "Greater", Kind::test);
+  add_binary<binary::Test<T, std::greater_equal>>(table, "GreaterOrEqual", Kind::test);
+  add_binary<binary::Test<T, std::less>>(table, "Less", Kind::test);
+  add_binary<binary::Test<T, std::less_equal>>(table, "LessOrEqual", Kind::test);
+  add_binary<binary::Test<T, std::logical_and>>(table, "And", Kind::test);
+  add_binary<binary::Test<T, std::logical_or>>(table, "Or", Kind::test);
   add_binary<binary::Xor<T>>(table, "Xor", Kind::test);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <cmath>
 #include <concepts>
+#include <functional>
 
 /// \file
 /// Functions of two numbers, as ONNX defines them, for BinaryOperation. `by_a` and `by_b` are the
@@ -25,31 +26,21 @@ struct VectorFunction {
   static constexpr bool has_derivative = true;
 };
 
-/// x + y.
 template <std::floating_point T>
 struct Add : VectorFunction {
   [[gnu::always_inline]] static T value(T a, T b) { return a + b; }
-  static T by_a(T, T) { return 1; }
-  static T by_b(T, T) { return 1; }
 };
 
-/// x − y.
 template <std::floating_point T>
 struct Sub : VectorFunction {
   [[gnu::always_inline]] static T value(T a, T b) { return a - b; }
-  static T by_a(T, T) { return 1; }
-  static T by_b(T, T) { return -1; }
 };
 
-/// x · y.
 template <std::floating_point T>
 struct Mul : VectorFunction {
   [[gnu::always_inline]] static T value(T a, T b) { return a * b; }
-  static T by_a(T, T b) { return b; }
-  static T by_b(T a, T) { return a; }
 };
 
-/// x / y.
 template <std::floating_point T>
 struct Div : VectorFunction {
   [[gnu::always_inline]] static T value(T a, T b) { return a / b; }
@@ -74,7 +65,6 @@ struct Pow : Function {
   static T by_b(T a, T b) { return a > 0 ? std::pow(a, b) * std::log(a) : T(0); }
 };
 
-/// x^y of integers.
 template <std::floating_point T>
 struct IntegerPow : Discrete {
   static T value(T a, T b) { return std::trunc(std::pow(a, b)); }
@@ -105,46 +95,10 @@ struct PRelu : VectorFunction {
   static T by_b(T a, T) { return a > 0 ? T(0) : a; }
 };
 
-/// 1 if x = y.
-template <std::floating_point T>
-struct Equal : Discrete {
-  static T value(T a, T b) { return a == b ? T(1) : T(0); }
-};
-
-/// 1 if x > y.
-template <std::floating_point T>
-struct Greater : Discrete {
-  static T value(T a, T b) { return a > b ? T(1) : T(0); }
-};
-
-/// 1 if x ≥ y.
-template <std::floating_point T>
-struct GreaterOrEqual : Discrete {
-  static T value(T a, T b) { return a >= b ? T(1) : T(0); }
-};
-
-/// 1 if x < y.
-template <std::floating_point T>
-struct Less : Discrete {
-  static T value(T a, T b) { return a < b ? T(1) : T(0); }
-};
-
-/// 1 if x ≤ y.
-template <std::floating_point T>
-struct LessOrEqual : Discrete {
-  static T value(T a, T b) { return a <= b ? T(1) : T(0); }
-};
-
-/// 1 if both are not 0.
-template <std::floating_point T>
-struct And : Discrete {
-  static T value(T a, T b) { return a != 0 && b != 0 ? T(1) : T(0); }
-};
-
-/// 1 if one is not 0.
-template <std::floating_point T>
-struct Or : Discrete {
-  static T value(T a, T b) { return a != 0 || b != 0 ? T(1) : T(0); }
+/// 1 where a relation of the standard library holds.
+template <std::floating_point T, template <class> class Relation>
+struct Test : Discrete {
+  static T value(T a, T b) { return Relation<T>()(a, b) ? T(1) : T(0); }
 };
 
 /// 1 if exactly one is not 0.

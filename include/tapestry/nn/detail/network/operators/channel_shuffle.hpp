@@ -52,20 +52,15 @@ class ChannelShuffle : public Operation<T> {
 /// ChannelShuffle, an operator of Tapestry, not of ONNX: simplified() makes it.
 template <std::floating_point T>
 void add_channel_shuffle(OperatorTable<T>& table) {
-  table["ChannelShuffle"] = {
-      LayoutRule::channels_last,
-      1,
-      false,
-      {{1, 1}},
-      [](OperatorContext& context) {
-        const ChannelExtents extents = channel_extents(context);
-        const std::int64_t groups = context.integer("group", 1);
-        if (!extents.is_last || extents.channels % static_cast<std::size_t>(groups) != 0)
-          throw DomainError({"attribute 'group' is ", groups, " for ", extents.channels, " channels"});
-        return std::make_unique<ChannelShuffle<T>>(context.input(0), extents,
-                                                   static_cast<std::size_t>(groups));
-      },
-      {{"group", 1, largest_extent}}};
+  const auto make = [](OperatorContext& context) {
+    const ChannelExtents extents = channel_extents(context);
+    const std::int64_t groups = context.integer("group", 1);
+    if (!extents.is_last || extents.channels % static_cast<std::size_t>(groups) != 0)
+      throw DomainError({"attribute 'group' is ", groups, " for ", extents.channels, " channels"});
+    return std::make_unique<ChannelShuffle<T>>(context.input(0), extents, static_cast<std::size_t>(groups));
+  };
+  table["ChannelShuffle"] = {LayoutRule::channels_last,     1, false, {{1, 1}}, make,
+                             {{"group", 1, largest_extent}}};
 }
 
 /// The channels of two tensors [pixels, channels] in turn, cut into results one after the other.
@@ -127,28 +122,24 @@ class InterleaveChannels : public Operation<T> {
 /// attribute `split` holds the channels of each result.
 template <std::floating_point T>
 void add_interleave_channels(OperatorTable<T>& table) {
-  table["InterleaveChannels"] = {
-      LayoutRule::channels_last,
-      2,
-      false,
-      {{2, 2}},
-      [](OperatorContext& context) {
-        const Shape& shape = picture_shape(context);
-        if (context.input(1).shape != shape)
-          throw ShapeError({"input 1 is ", context.input(1).shape, ", expected ", shape});
-        std::vector<typename Operation<T>::Result> results;
-        std::size_t total = 0;
-        const auto twice = static_cast<std::int64_t>(2 * shape.back());
-        for (const std::int64_t channels : context.integers("split", {twice})) {
-          results.push_back(
-              {{shape[0], shape[1], shape[2], static_cast<std::size_t>(channels)}, ElementType::floating});
-          total += results.back().shape.back();
-        }
-        if (total != 2 * shape.back())
-          throw ShapeError({"attribute 'split' sums to ", total, ", expected ", twice});
-        return std::make_unique<InterleaveChannels<T>>(shape, std::move(results));
-      },
-      {{"split", 1, largest_extent}}};
+  const auto make = [](OperatorContext& context) {
+    const Shape& shape = picture_shape(context);
+    if (context.input(1).shape != shape)
+      throw ShapeError({"input 1 is ", context.input(1).shape, ", expected ", shape});
+    std::vector<typename Operation<T>::Result> results;
+    std::size_t total = 0;
+    const auto twice = static_cast<std::int64_t>(2 * shape.back());
+    for (const std::int64_t channels : context.integers("split", {twice})) {
+      results.push_back(
+          {{shape[0], shape[1], shape[2], static_cast<std::size_t>(channels)}, ElementType::floating});
+      total += results.back().shape.back();
+    }
+    if (total != 2 * shape.back())
+      throw ShapeError({"attribute 'split' sums to ", total, ", expected ", twice});
+    return std::make_unique<InterleaveChannels<T>>(shape, std::move(results));
+  };
+  table["InterleaveChannels"] = {LayoutRule::channels_last,     2, false, {{2, 2}}, make,
+                                 {{"split", 1, largest_extent}}};
 }
 
 }  // namespace tapestry::nn

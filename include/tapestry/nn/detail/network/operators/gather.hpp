@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/nn/detail/network/loop_nest.hpp>
 #include <tapestry/nn/detail/network/operators/reshape.hpp>
 
 namespace tapestry::nn {

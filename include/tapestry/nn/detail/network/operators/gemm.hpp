@@ -17,7 +17,6 @@ struct GemmPlan {
   [[nodiscard]] std::size_t b_column_step() const { return turns_b ? shape.depth : 1; }
 };
 
-/// Gemm.
 template <std::floating_point T>
 class Gemm : public Operation<T> {
  public:
@@ -29,15 +28,9 @@ class Gemm : public Operation<T> {
   }
 
   void forward(const ForwardCall<T>& call) const override {
-    const ProductShape& shape = plan_.shape;
     T* const out = call.outputs[0].values;
-    const T* a = call.inputs[0].values;
     Buffer<T> turned;
-    if (plan_.turns_a) {
-      turned.resize(shape.rows * shape.depth);
-      transpose_matrix(a, shape.depth, shape.rows, turned.data());
-      a = turned.data();
-    }
+    const T* const a = rows_of_a(call.inputs[0].values, turned);
     if (plan_.has_c) {
       const T beta = static_cast<T>(plan_.beta);
       for_each_element([&](std::size_t i, std::size_t of_c) { out[i] = beta * call.inputs[2].values[of_c]; });
@@ -47,19 +40,12 @@ class Gemm : public Operation<T> {
   }
 
   void adjoint(const AdjointCall<T>& call) const override {
-    const ProductShape& shape = plan_.shape;
     const T* const adjoint = call.output_adjoints[0].values;
-    const T alpha = static_cast<T>(plan_.alpha);
     if (call.wants(0)) a_adjoint(call, adjoint);
     if (call.wants(1)) {
       Buffer<T> turned;
-      const T* a = call.inputs[0].values;
-      if (plan_.turns_a) {
-        turned.resize(shape.rows * shape.depth);
-        transpose_matrix(a, shape.depth, shape.rows, turned.data());
-        a = turned.data();
-      }
-      multiply_adjoint(shape, a, adjoint, alpha, plan_.b_row_step(), plan_.b_column_step(),
+      multiply_adjoint(plan_.shape, rows_of_a(call.inputs[0].values, turned), adjoint,
+                       static_cast<T>(plan_.alpha), plan_.b_row_step(), plan_.b_column_step(),
                        call.accumulate(1));
     }
     if (!call.wants(2)) return;
@@ -75,12 +61,26 @@ class Gemm : public Operation<T> {
   [[nodiscard]] bool is_weight(std::size_t) const override { return true; }
 
  private:
+  /// A as it is multiplied.
+  /// \param turned  memory for its transpose
+  [[nodiscard]] const T* rows_of_a(const T* a, Buffer<T>& turned) const {
+    if (!plan_.turns_a) return a;
+    turned.resize(plan_.shape.rows * plan_.shape.depth);
+    transpose_matrix(a, plan_.shape.depth, plan_.shape.rows, turned.data());
+    return turned.data();
+  }
+
   /// alpha · B
   [[nodiscard]] PackedConvolution<T> pack(const T* b) const {
-    auto packed = pack_matrix(plan_.shape, b, plan_.b_row_step(), plan_.b_column_step());
-    for (std::size_t i = 0; i < packed.weights->size() && plan_.alpha != 1; ++i)
-      packed.weights->data()[i] *= static_cast<T>(plan_.alpha);
-    return packed;
+    return packed(plan_.shape, b, plan_.b_row_step(), plan_.b_column_step());
+  }
+
+  [[nodiscard]] PackedConvolution<T> packed(const ProductShape& shape, const T* b, std::size_t row_step,
+                                            std::size_t column_step) const {
+    auto result = pack_matrix(shape, b, row_step, column_step);
+    for (std::size_t i = 0; i < result.weights->size() && plan_.alpha != 1; ++i)
+      result.weights->data()[i] *= static_cast<T>(plan_.alpha);
+    return result;
   }
 
   template <class Body>
@@ -94,9 +94,7 @@ class Gemm : public Operation<T> {
   void a_adjoint(const AdjointCall<T>& call, const T* adjoint) const {
     const ProductShape& shape = plan_.shape;
     const ProductShape turned{shape.rows, shape.columns, shape.depth};
-    auto b = pack_matrix(turned, call.inputs[1].values, plan_.b_column_step(), plan_.b_row_step());
-    for (std::size_t i = 0; i < b.weights->size() && plan_.alpha != 1; ++i)
-      b.weights->data()[i] *= static_cast<T>(plan_.alpha);
+    const auto b = packed(turned, call.inputs[1].values, plan_.b_column_step(), plan_.b_row_step());
     if (!plan_.turns_a) {
       multiply(adjoint, b, !call.is_uninitialised[0], call.input_adjoints[0].values);
       call.is_uninitialised[0] = false;
@@ -141,9 +139,8 @@ class Gemm : public Operation<T> {
 /// Gemm. All its constant operands are weights.
 template <std::floating_point T>
 void add_gemm(OperatorTable<T>& table) {
-  table["Gemm"] = {LayoutRule::plain, 3, false, {{2, 3}}, [](OperatorContext& context) {
-                     return std::make_unique<Gemm<T>>(plan_gemm(context));
-                   }};
+  const auto make = [](OperatorContext& context) { return std::make_unique<Gemm<T>>(plan_gemm(context)); };
+  table["Gemm"] = {LayoutRule::plain, 3, false, {{2, 3}}, make};
 }
 
 }  // namespace tapestry::nn

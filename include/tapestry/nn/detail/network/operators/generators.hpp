@@ -177,7 +177,6 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
-/// ConstantOfShape, Range, OneHot, EyeLike and Trilu.
 template <std::floating_point T>
 void add_generators(OperatorTable<T>& table) {
   table["ConstantOfShape"] = {LayoutRule::plain, 0, false, {{1, 1}}, detail::make_constant_of_shape<T>};

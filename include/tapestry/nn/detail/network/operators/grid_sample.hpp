@@ -92,6 +92,23 @@ inline void cubic_slopes(double a, double t, double* slopes) {
   }
   return taps;
 }
+
+[[nodiscard]] inline GridSampling grid_sampling(OperatorContext& context) {
+  GridSampling rule;
+  const std::string mode = context.text("mode", "bilinear");
+  const std::string padding = context.text("padding_mode", "zeros");
+  rule.align_corners = context.flag("align_corners", 0);
+  using Mode = GridSampling::Mode;
+  using Padding = GridSampling::Padding;
+  const bool is_cubic = mode == "bicubic" || mode == "cubic";
+  if (mode != "nearest" && !is_cubic && mode != "bilinear" && mode != "linear")
+    throw DomainError({"attribute 'mode' is ", in_quotes(mode)});
+  if (padding != "zeros" && padding != "border" && padding != "reflection")
+    throw DomainError({"attribute 'padding_mode' is ", in_quotes(padding)});
+  if (mode == "nearest" || is_cubic) rule.mode = is_cubic ? Mode::cubic : Mode::nearest;
+  if (padding != "zeros") rule.padding = padding == "border" ? Padding::border : Padding::reflection;
+  return rule;
+}
 }  // namespace detail
 
 /// GridSample: pictures [N, C, H, W] read at places [N, row, column, (x, y)], differentiably by both. At a
@@ -168,44 +185,18 @@ class GridSample : public Operation<T> {
   std::size_t places_;
 };
 
-namespace detail {
-[[nodiscard]] inline GridSampling grid_sampling(OperatorContext& context) {
-  GridSampling rule;
-  const std::string mode = context.text("mode", "bilinear");
-  const std::string padding = context.text("padding_mode", "zeros");
-  rule.align_corners = context.flag("align_corners", 0);
-  using Mode = GridSampling::Mode;
-  using Padding = GridSampling::Padding;
-  if (mode == "nearest") {
-    rule.mode = Mode::nearest;
-  } else if (mode == "bicubic" || mode == "cubic") {
-    rule.mode = Mode::cubic;
-  } else if (mode != "bilinear" && mode != "linear") {
-    throw DomainError({"attribute 'mode' is ", in_quotes(mode)});
-  }
-  if (padding == "border") {
-    rule.padding = Padding::border;
-  } else if (padding == "reflection") {
-    rule.padding = Padding::reflection;
-  } else if (padding != "zeros") {
-    throw DomainError({"attribute 'padding_mode' is ", in_quotes(padding)});
-  }
-  return rule;
-}
-}  // namespace detail
-
-/// GridSample of pictures.
 template <std::floating_point T>
 void add_grid_sample(OperatorTable<T>& table) {
-  table["GridSample"] = {LayoutRule::plain, 1, false, {{2, 2}}, [](OperatorContext& context) {
-                           const Operand &x = context.input(0), &grid = context.input(1);
-                           const Shape &a = x.shape, &b = grid.shape;
-                           if (a.size() != 4 || b.size() != 4 || a[0] != b[0] || b[3] != 2 || size_of(a) == 0)
-                             throw ShapeError({"pictures and grid are ", a, " and ", b,
-                                               ", expected [N, C, H, W] and [N, rows, columns, 2]"});
-                           context.require_type(1, ElementType::floating);
-                           return std::make_unique<GridSample<T>>(x, grid, detail::grid_sampling(context));
-                         }};
+  const auto make = [](OperatorContext& context) {
+    const Operand &x = context.input(0), &grid = context.input(1);
+    const Shape &a = x.shape, &b = grid.shape;
+    if (a.size() != 4 || b.size() != 4 || a[0] != b[0] || b[3] != 2 || size_of(a) == 0)
+      throw ShapeError(
+          {"pictures and grid are ", a, " and ", b, ", expected [N, C, H, W] and [N, rows, columns, 2]"});
+    context.require_type(1, ElementType::floating);
+    return std::make_unique<GridSample<T>>(x, grid, detail::grid_sampling(context));
+  };
+  table["GridSample"] = {LayoutRule::plain, 1, false, {{2, 2}}, make};
 }
 
 }  // namespace tapestry::nn

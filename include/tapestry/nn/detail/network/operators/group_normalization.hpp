@@ -118,34 +118,27 @@ class GroupNormalization : public Operation<T> {
 /// InstanceNormalization, and GroupNormalization with a weight a group (before the 21st opset) or a channel.
 template <std::floating_point T>
 void add_group_normalization(OperatorTable<T>& table) {
-  table["InstanceNormalization"] = {
-      LayoutRule::channels_last, 1, false, {{3, 3}}, [](OperatorContext& context) {
-        const ChannelExtents extents = channel_extents(context);
-        for (const std::size_t input : {1U, 2U}) require_channels(context, input, extents.channels);
-        return std::make_unique<GroupNormalization<T>>(context.input(0).shape, extents, extents.channels,
-                                                       std::size_t(1), context.number("epsilon", 1e-5));
-      }};
-  table["GroupNormalization"] = {
-      LayoutRule::channels_last,
-      1,
-      false,
-      {{3, 3}},
-      [](OperatorContext& context) {
-        context.ignore("stash_type");  // sums are in double
-        const ChannelExtents extents = channel_extents(context);
-        if (!context.has_attribute("num_groups")) throw DomainError("attribute 'num_groups' is missing");
-        const std::int64_t groups = context.integer("num_groups", 1);
-        if (static_cast<std::size_t>(groups) > extents.channels ||
-            extents.channels % static_cast<std::size_t>(groups) != 0)
-          throw DomainError({"attribute 'num_groups' is ", groups, " for ", extents.channels, " channels"});
-        const auto count = static_cast<std::size_t>(groups);
-        const std::size_t weights = context.opset() < 21 ? count : extents.channels;
-        for (const std::size_t input : {1U, 2U}) require_channels(context, input, weights);
-        return std::make_unique<GroupNormalization<T>>(context.input(0).shape, extents, count,
-                                                       extents.channels / weights,
-                                                       context.number("epsilon", 1e-5));
-      },
-      {{"num_groups", 1, largest_extent}}};
+  const auto make_of_instances = [](OperatorContext& context) {
+    const ChannelExtents extents = channel_extents(context);
+    for (const std::size_t input : {1U, 2U}) require_channels(context, input, extents.channels);
+    return std::make_unique<GroupNormalization<T>>(context.input(0).shape, extents, extents.channels,
+                                                   std::size_t(1), context.number("epsilon", 1e-5));
+  };
+  table["InstanceNormalization"] = {LayoutRule::channels_last, 1, false, {{3, 3}}, make_of_instances};
+  const auto make = [](OperatorContext& context) {
+    context.ignore("stash_type");  // sums are in double
+    const ChannelExtents extents = channel_extents(context);
+    if (!context.has_attribute("num_groups")) throw DomainError("attribute 'num_groups' is missing");
+    const auto groups = static_cast<std::size_t>(context.integer("num_groups", 1));
+    if (groups > extents.channels || extents.channels % groups != 0)
+      throw DomainError({"attribute 'num_groups' is ", groups, " for ", extents.channels, " channels"});
+    const std::size_t weights = context.opset() < 21 ? groups : extents.channels;
+    for (const std::size_t input : {1U, 2U}) require_channels(context, input, weights);
+    return std::make_unique<GroupNormalization<T>>(
+        context.input(0).shape, extents, groups, extents.channels / weights, context.number("epsilon", 1e-5));
+  };
+  table["GroupNormalization"] = {LayoutRule::channels_last,          1, false, {{3, 3}}, make,
+                                 {{"num_groups", 1, largest_extent}}};
 }
 
 }  // namespace tapestry::nn

@@ -144,13 +144,7 @@ struct PoolingPlan {
   /// Calls body(first input, output, row window, column window) for each pixel out, rows side by side.
   template <class Body>
   void for_each_output(Body body) const {
-    parallel_for(images * rows.output, [&](std::size_t task) {
-      const KernelTaps& row = row_windows[task % rows.output];
-      const std::size_t picture = task / rows.output * in_size() + row.first * row_size();
-      for (std::size_t x = 0; x < columns.output; ++x)
-        body(picture + column_windows[x].first * channels, (task * columns.output + x) * channels, row,
-             column_windows[x]);
-    });
+    parallel_for(images * rows.output, [&](std::size_t task) { for_each_output_of_row(task, body); });
   }
 
   /// Calls body(input) for each tap of a window that lies in the picture.
@@ -166,14 +160,18 @@ struct PoolingPlan {
   template <class Body>
   void for_each_output_in_order(Body body) const {
     parallel_for(images, [&](std::size_t image) {
-      for (std::size_t y = 0; y < rows.output; ++y)
-        for (std::size_t x = 0; x < columns.output; ++x) {
-          const std::size_t first =
-              image * in_size() + row_windows[y].first * row_size() + column_windows[x].first * channels;
-          body(first, ((image * rows.output + y) * columns.output + x) * channels, row_windows[y],
-               column_windows[x]);
-        }
+      for (std::size_t y = 0; y < rows.output; ++y) for_each_output_of_row(image * rows.output + y, body);
     });
+  }
+
+ private:
+  template <class Body>
+  void for_each_output_of_row(std::size_t index, const Body& body) const {
+    const KernelTaps& row = row_windows[index % rows.output];
+    const std::size_t picture = index / rows.output * in_size() + row.first * row_size();
+    for (std::size_t x = 0; x < columns.output; ++x)
+      body(picture + column_windows[x].first * channels, (index * columns.output + x) * channels, row,
+           column_windows[x]);
   }
 };
 

@@ -133,19 +133,19 @@ namespace detail {
 /// LayerNormalization without the results Mean and InvStdDev.
 template <std::floating_point T>
 void add_layer_normalization(OperatorTable<T>& table) {
-  table["LayerNormalization"] = {
-      LayoutRule::plain, 1, false, {{2, 3}}, [](OperatorContext& context) {
-        context.ignore("stash_type");  // sums are in double
-        const Shape& shape = context.input(0).shape;
-        const std::size_t axis = context.axis(context.integer("axis", -1), shape.size());
-        if (size_of(shape) == 0 || shape.empty()) throw ShapeError("input 0 is empty");
-        const Shape row(shape.begin() + static_cast<std::ptrdiff_t>(axis), shape.end());
-        std::vector<std::size_t> bias;
-        if (context.has_input(2)) bias = detail::repeated_places(row, context.input(2).shape);
-        return std::make_unique<LayerNormalization<T>>(shape,
-                                                       detail::repeated_places(row, context.input(1).shape),
-                                                       std::move(bias), context.number("epsilon", 1e-5));
-      }};
+  const auto make = [](OperatorContext& context) {
+    context.ignore("stash_type");  // sums are in double
+    const Shape& shape = context.input(0).shape;
+    const std::size_t axis = context.axis(context.integer("axis", -1), shape.size());
+    if (size_of(shape) == 0 || shape.empty()) throw ShapeError("input 0 is empty");
+    const Shape row(shape.begin() + static_cast<std::ptrdiff_t>(axis), shape.end());
+    std::vector<std::size_t> bias;
+    if (context.has_input(2)) bias = detail::repeated_places(row, context.input(2).shape);
+    return std::make_unique<LayerNormalization<T>>(shape,
+                                                   detail::repeated_places(row, context.input(1).shape),
+                                                   std::move(bias), context.number("epsilon", 1e-5));
+  };
+  table["LayerNormalization"] = {LayoutRule::plain, 1, false, {{2, 3}}, make};
 }
 
 /// LRN: y = x · d^−β with d = bias + α/size · Σ x² over `size` neighbouring channels.
@@ -228,21 +228,17 @@ class LocalResponseNormalization : public Operation<T> {
 
 template <std::floating_point T>
 void add_local_response_normalization(OperatorTable<T>& table) {
-  table["LRN"] = {LayoutRule::channels_last,
-                  1,
-                  false,
-                  {{1, 1}},
-                  [](OperatorContext& context) {
-                    typename LocalResponseNormalization<T>::Numbers numbers;
-                    if (!context.has_attribute("size")) throw DomainError("attribute 'size' is missing");
-                    numbers.size = static_cast<std::size_t>(context.integer("size", 1));
-                    numbers.alpha = context.number("alpha", numbers.alpha);
-                    numbers.beta = context.number("beta", numbers.beta);
-                    numbers.bias = context.number("bias", numbers.bias);
-                    return std::make_unique<LocalResponseNormalization<T>>(context.input(0).shape,
-                                                                           channel_extents(context), numbers);
-                  },
-                  {{"size", 1, std::int64_t(1) << 20U}}};
+  const auto make = [](OperatorContext& context) {
+    typename LocalResponseNormalization<T>::Numbers numbers;
+    if (!context.has_attribute("size")) throw DomainError("attribute 'size' is missing");
+    numbers.size = static_cast<std::size_t>(context.integer("size", 1));
+    numbers.alpha = context.number("alpha", numbers.alpha);
+    numbers.beta = context.number("beta", numbers.beta);
+    numbers.bias = context.number("bias", numbers.bias);
+    return std::make_unique<LocalResponseNormalization<T>>(context.input(0).shape, channel_extents(context),
+                                                           numbers);
+  };
+  table["LRN"] = {LayoutRule::channels_last, 1, false, {{1, 1}}, make, {{"size", 1, std::int64_t(1) << 20U}}};
 }
 
 }  // namespace tapestry::nn

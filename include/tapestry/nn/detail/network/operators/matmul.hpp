@@ -121,7 +121,6 @@ struct MatMulPlan {
   return plan;
 }
 
-/// MatMul.
 template <std::floating_point T>
 class MatMul : public Operation<T> {
  public:
@@ -184,11 +183,11 @@ class MatMul : public Operation<T> {
 
 template <std::floating_point T>
 void add_matmul(OperatorTable<T>& table) {
-  table["MatMul"] = {LayoutRule::plain, 2, false, {{2, 2}}, [](OperatorContext& context) {
-                       return std::make_unique<MatMul<T>>(
-                           plan_matmul(context.input(0).shape, context.input(1).shape),
-                           context.input(1).constant != nullptr);
-                     }};
+  const auto make = [](OperatorContext& context) {
+    return std::make_unique<MatMul<T>>(plan_matmul(context.input(0).shape, context.input(1).shape),
+                                       context.input(1).constant != nullptr);
+  };
+  table["MatMul"] = {LayoutRule::plain, 2, false, {{2, 2}}, make};
 }
 
 }  // namespace tapestry::nn

@@ -24,26 +24,25 @@ class NonZero : public Operation<T> {
 
 template <std::floating_point T>
 void add_non_zero(OperatorTable<T>& table) {
-  table["NonZero"] = {
-      LayoutRule::plain, 1, false, {{1, 1}}, [](OperatorContext& context) -> std::unique_ptr<Operation<T>> {
-        const Operand& x = context.input(0);
-        if (x.constant == nullptr)
-          throw DomainError(
-              "the number of values left depends on the picture, which is not supported; choose outputs "
-              "before "
-              "this node");
-        std::vector<std::vector<std::size_t>> places;
-        for (std::size_t i = 0; i < x.constant->size(); ++i) {
-          if (x.constant->at(i) == 0) continue;
-          auto& place = places.emplace_back(x.shape.size());
-          std::size_t rest = i;
-          for (std::size_t axis = x.shape.size(); axis-- > 0;) {
-            place[axis] = rest % x.shape[axis];
-            rest /= x.shape[axis];
-          }
-        }
-        return std::make_unique<NonZero<T>>(x.shape.size(), std::move(places));
-      }};
+  const auto make = [](OperatorContext& context) -> std::unique_ptr<Operation<T>> {
+    const Operand& x = context.input(0);
+    if (x.constant == nullptr)
+      throw DomainError(
+          "the number of values left depends on the picture, which is not supported; choose outputs before "
+          "this node");
+    std::vector<std::vector<std::size_t>> places;
+    for (std::size_t i = 0; i < x.constant->size(); ++i) {
+      if (x.constant->at(i) == 0) continue;
+      auto& place = places.emplace_back(x.shape.size());
+      std::size_t rest = i;
+      for (std::size_t axis = x.shape.size(); axis-- > 0;) {
+        place[axis] = rest % x.shape[axis];
+        rest /= x.shape[axis];
+      }
+    }
+    return std::make_unique<NonZero<T>>(x.shape.size(), std::move(places));
+  };
+  table["NonZero"] = {LayoutRule::plain, 1, false, {{1, 1}}, make};
 }
 
 }  // namespace tapestry::nn

@@ -205,18 +205,16 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
-/// Pad, DepthToSpace and SpaceToDepth.
 template <std::floating_point T>
 void add_pad_operators(OperatorTable<T>& table) {
   table["Pad"] = {LayoutRule::any, 1, false, {{1, 1}, {2, 3, 11}, {2, 4, 18}}, detail::make_pad<T>};
-  for (const bool to_space : {false, true})
+  for (const bool to_space : {false, true}) {
+    const auto make = [=](OperatorContext& context) {
+      return detail::make_depth_space<T>(context, to_space);
+    };
     table[to_space ? "DepthToSpace" : "SpaceToDepth"] = {
-        LayoutRule::any,
-        1,
-        false,
-        {{1, 1}},
-        [to_space](OperatorContext& context) { return detail::make_depth_space<T>(context, to_space); },
-        {{"blocksize", 1, largest_extent}}};
+        LayoutRule::any, 1, false, {{1, 1}}, make, {{"blocksize", 1, largest_extent}}};
+  }
 }
 
 }  // namespace tapestry::nn

@@ -1,4 +1,5 @@
 #pragma once
+#include <tapestry/nn/detail/network/broadcast.hpp>
 #include <tapestry/nn/detail/network/operators/kernel_attributes.hpp>
 #include <tapestry/nn/detail/network/operators/unary.hpp>
 
@@ -16,13 +17,7 @@ class PassOn : public Operation<T> {
   }
 
   void adjoint(const AdjointCall<T>& call) const override {
-    const std::size_t count = call.output_adjoints[0].size();
-    if (call.is_uninitialised[0]) {
-      copy(call.output_adjoints[0].values, call.input_adjoints[0].values, count);
-      call.is_uninitialised[0] = false;
-    } else {
-      add(call.output_adjoints[0].values, call.input_adjoints[0].values, count);
-    }
+    BroadcastOperand().pull_back(call.output_adjoints[0].values, T(1), call, 0);
   }
 
   [[nodiscard]] bool is_differentiable(std::size_t input) const override { return input == 0; }
@@ -55,25 +50,6 @@ template <std::floating_point T>
   if (is_training && drops) throw DomainError("training_mode is true; only false is supported");
   return std::make_unique<Dropout<T>>(context.input(0));
 }
-}  // namespace detail
-
-/// Identity and Dropout; and FlattenPixels, which simplified() makes of Reshape and Transpose: a picture
-/// [N, C, H, W] as [N, H · W, C].
-template <std::floating_point T>
-void add_pass_on(OperatorTable<T>& table) {
-  const auto identity = [](OperatorContext& context) {
-    return std::make_unique<PassOn<T>>(context.input(0).shape, context.input(0).type);
-  };
-  table["Identity"] = {LayoutRule::any, 1, false, {{1, 1}}, identity};
-  table["FlattenPixels"] = {LayoutRule::channels_last, 1, false, {{1, 1}}, [](OperatorContext& context) {
-                              const Shape& shape = picture_shape(context);
-                              return std::make_unique<PassOn<T>>(
-                                  Shape{shape[0], shape[1] * shape[2], shape[3]}, context.input(0).type);
-                            }};
-  table["Dropout"] = {LayoutRule::any, 1, false, {{1, 1}, {1, 3, 12}}, detail::make_dropout<T>};
-}
-
-namespace detail {
 
 /// Meaning of the elements of one of ONNX's types. Source: onnx.proto, TensorProto.DataType.
 /// \throws DomainError for texts, complex numbers and those of 8 bits
@@ -93,6 +69,22 @@ template <std::floating_point T>
   return std::make_unique<PassOn<T>>(x.shape, type);
 }
 }  // namespace detail
+
+/// Identity and Dropout; and FlattenPixels, which simplified() makes of Reshape and Transpose: a picture
+/// [N, C, H, W] as [N, H · W, C].
+template <std::floating_point T>
+void add_pass_on(OperatorTable<T>& table) {
+  const auto identity = [](OperatorContext& context) {
+    return std::make_unique<PassOn<T>>(context.input(0).shape, context.input(0).type);
+  };
+  table["Identity"] = {LayoutRule::any, 1, false, {{1, 1}}, identity};
+  table["FlattenPixels"] = {LayoutRule::channels_last, 1, false, {{1, 1}}, [](OperatorContext& context) {
+                              const Shape& shape = picture_shape(context);
+                              return std::make_unique<PassOn<T>>(
+                                  Shape{shape[0], shape[1] * shape[2], shape[3]}, context.input(0).type);
+                            }};
+  table["Dropout"] = {LayoutRule::any, 1, false, {{1, 1}, {1, 3, 12}}, detail::make_dropout<T>};
+}
 
 /// Cast and CastLike. Everything is computed in one type, so casts round no digits and clip no integers.
 /// Casts to integers cut fractions off.

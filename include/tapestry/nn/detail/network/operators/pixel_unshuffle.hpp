@@ -78,30 +78,29 @@ class PixelUnshuffle : public Operation<T> {
 /// and column. Attributes: `block`, its rows and columns, and `places`, a row and a column each.
 template <std::floating_point T>
 void add_pixel_unshuffle(OperatorTable<T>& table) {
-  table["PixelUnshuffle"] = {
-      LayoutRule::channels_last,
-      1,
-      false,
-      {{1, 1}},
-      [](OperatorContext& context) {
-        const Shape& shape = picture_shape(context);
-        PixelBlocks blocks;
-        std::size_t block[2] = {1, 1};
-        detail::read_extents(context, "block", 2, block);
-        blocks.rows = block[0];
-        blocks.columns = block[1];
-        const auto places = context.integers("places");
-        for (std::size_t i = 0; i + 1 < places.size(); i += 2)
-          blocks.places.push_back(
-              {static_cast<std::size_t>(places[i]), static_cast<std::size_t>(places[i + 1])});
-        for (const auto& place : blocks.places)
-          if (place.row >= block[0] || place.column >= block[1])
-            throw DomainError("attribute 'places' reaches beyond a block");
-        if (blocks.places.empty() || shape[1] % block[0] != 0 || shape[2] % block[1] != 0)
-          throw ShapeError({"a picture ", shape, " is not one of whole blocks"});
-        return std::make_unique<PixelUnshuffle<T>>(shape, std::move(blocks));
-      },
-      {{"block", 1, largest_window}, {"places", 0, largest_window}}};
+  const auto make = [](OperatorContext& context) {
+    const Shape& shape = picture_shape(context);
+    PixelBlocks blocks;
+    std::size_t block[2] = {1, 1};
+    detail::read_extents(context, "block", 2, block);
+    blocks.rows = block[0];
+    blocks.columns = block[1];
+    const auto places = context.integers("places");
+    for (std::size_t i = 0; i + 1 < places.size(); i += 2)
+      blocks.places.push_back({static_cast<std::size_t>(places[i]), static_cast<std::size_t>(places[i + 1])});
+    for (const auto& place : blocks.places)
+      if (place.row >= block[0] || place.column >= block[1])
+        throw DomainError("attribute 'places' reaches beyond a block");
+    if (blocks.places.empty() || shape[1] % block[0] != 0 || shape[2] % block[1] != 0)
+      throw ShapeError({"a picture ", shape, " is not one of whole blocks"});
+    return std::make_unique<PixelUnshuffle<T>>(shape, std::move(blocks));
+  };
+  table["PixelUnshuffle"] = {LayoutRule::channels_last,
+                             1,
+                             false,
+                             {{1, 1}},
+                             make,
+                             {{"block", 1, largest_window}, {"places", 0, largest_window}}};
 }
 
 }  // namespace tapestry::nn

@@ -125,21 +125,16 @@ class MaxPool : public Operation<T> {
 /// MaxPool without the result Indices, and GlobalMaxPool.
 template <std::floating_point T>
 void add_max_pool(OperatorTable<T>& table) {
-  table["MaxPool"] = {LayoutRule::channels_last,
-                      1,
-                      false,
-                      {{1, 1}},
-                      [](OperatorContext& context) {
-                        static_cast<void>(context.flag("storage_order", 0));  // concerns only Indices
-                        return std::make_unique<MaxPool<T>>(plan_pooling(context, false));
-                      },
-                      window_ranges()};
+  const auto make = [](OperatorContext& context) {
+    static_cast<void>(context.flag("storage_order", 0));  // concerns only Indices
+    return std::make_unique<MaxPool<T>>(plan_pooling(context, false));
+  };
+  table["MaxPool"] = {LayoutRule::channels_last, 1, false, {{1, 1}}, make, window_ranges()};
   table["GlobalMaxPool"] = {LayoutRule::channels_last, 1, false, {{1, 1}}, [](OperatorContext& context) {
                               return std::make_unique<MaxPool<T>>(plan_global_pooling(context));
                             }};
 }
 
-/// AveragePool and GlobalAveragePool.
 template <std::floating_point T>
 class AveragePool : public Operation<T> {
  public:

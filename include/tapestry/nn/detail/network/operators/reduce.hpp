@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/nn/detail/network/axis_reduction.hpp>
 #include <tapestry/nn/detail/network/operators/reshape.hpp>
 
 namespace tapestry::nn {
@@ -22,7 +21,6 @@ struct ProductStep {
   static double next(double product, double value) { return product * value; }
   static double join(double product, double part) { return product * part; }
 };
-/// The smallest x.
 struct SmallestStep {
   static double first() { return std::numeric_limits<double>::infinity(); }
   static double next(double best, double value) { return value < best || value != value ? value : best; }
@@ -52,18 +50,18 @@ class Reduce : public Operation<T> {
   void forward(const ForwardCall<T>& call) const override {
     const T* const x = call.inputs[0].values;
     T* const y = call.outputs[0].values;
-    const auto store = [&](std::ptrdiff_t at, double value) { y[at] = static_cast<T>(value); };
     if (kind_ == Reduction::max || kind_ == Reduction::min) return find_extremes(call);
+    const auto store = [&](std::ptrdiff_t at, double value) {
+      const bool is_root = kind_ == Reduction::l2;
+      y[at] = static_cast<T>(is_root                       ? std::sqrt(value)
+                             : kind_ == Reduction::log_sum ? std::log(value)
+                                                           : value);
+    };
     if (kind_ == Reduction::log_sum_exp) return sum_exponentials(x, y);
     if (kind_ == Reduction::product) return reduce<ProductStep>(plan_, x, no_shifts, store);
     if (kind_ == Reduction::l1) return reduce<AbsoluteSumStep>(plan_, x, no_shifts, store);
-    if (kind_ == Reduction::sum_square) return reduce<SquareStep>(plan_, x, no_shifts, store);
-    if (kind_ == Reduction::l2)
-      return reduce<SquareStep>(plan_, x, no_shifts,
-                                [&](std::ptrdiff_t at, double sum) { store(at, std::sqrt(sum)); });
-    if (kind_ == Reduction::log_sum)
-      return reduce<SumStep>(plan_, x, no_shifts,
-                             [&](std::ptrdiff_t at, double sum) { store(at, std::log(sum)); });
+    if (kind_ == Reduction::sum_square || kind_ == Reduction::l2)
+      return reduce<SquareStep>(plan_, x, no_shifts, store);
     reduce<SumStep>(plan_, x, no_shifts, [&](std::ptrdiff_t at, double sum) {
       const double mean = sum / (kind_ == Reduction::mean ? static_cast<double>(plan_.count) : 1);
       store(at, is_integer_ ? std::trunc(mean) : mean);

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/block_loop.hpp>
 #include <tapestry/nn/detail/layout.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/resize_attributes.hpp>
@@ -9,25 +8,17 @@ namespace tapestry::nn {
 
 namespace detail {
 /// to[i] += weight · from[i], or = where it is fresh
-template <std::floating_point T>
-void add_weighted(const T* from, T weight, bool is_uninitialised, T* to, std::size_t count) {
-  struct Write {
+template <bool Adds, std::floating_point T>
+void add_weighted(const T* from, T weight, T* to, std::size_t count) {
+  struct Body {
     const T* from;
     T weight;
     T* to;
-    [[gnu::always_inline]] void operator()(std::size_t i) const { to[i] = weight * from[i]; }
+    [[gnu::always_inline]] void operator()(std::size_t i) const {
+      to[i] = Adds ? to[i] + weight * from[i] : weight * from[i];
+    }
   };
-  struct Add {
-    const T* from;
-    T weight;
-    T* to;
-    [[gnu::always_inline]] void operator()(std::size_t i) const { to[i] += weight * from[i]; }
-  };
-  if (is_uninitialised) {
-    tapestry::detail::for_block(count, Write{from, weight, to});
-  } else {
-    tapestry::detail::for_block(count, Add{from, weight, to});
-  }
+  tapestry::detail::for_block(count, Body{from, weight, to});
 }
 }  // namespace detail
 
@@ -119,9 +110,10 @@ class Resize : public Operation<T> {
           std::memcpy(to, from + table.index[i] * inner, inner * sizeof(T));
           continue;
         }
-        for (std::size_t t = 0; t < table.taps; ++t)
-          detail::add_weighted(from + table.index[i + t] * inner, static_cast<T>(table.weight[i + t]), t == 0,
-                               to, inner);
+        for (std::size_t t = 0; t < table.taps; ++t) {
+          const auto put = t == 0 ? detail::add_weighted<false, T> : detail::add_weighted<true, T>;
+          put(from + table.index[i + t] * inner, static_cast<T>(table.weight[i + t]), to, inner);
+        }
       }
     });
   }
@@ -139,8 +131,8 @@ class Resize : public Operation<T> {
       T* const to = in_adjoint + task / slices * table.input * inner + range.begin;
       for (std::size_t i = 0; i < table.output * table.taps; ++i)
         if (table.weight[i] != 0)
-          detail::add_weighted(from + i / table.taps * inner, static_cast<T>(table.weight[i]), false,
-                               to + table.index[i] * inner, range.end - range.begin);
+          detail::add_weighted<true>(from + i / table.taps * inner, static_cast<T>(table.weight[i]),
+                                     to + table.index[i] * inner, range.end - range.begin);
     });
   }
 
@@ -159,7 +151,6 @@ class Resize : public Operation<T> {
   std::size_t repeat_ = 0;  ///< repeats of each row and column, if that is all; else 0
 };
 
-/// Resize and Upsample.
 template <std::floating_point T>
 void add_resize(OperatorTable<T>& table) {
   const auto make = [](OperatorContext& context) {

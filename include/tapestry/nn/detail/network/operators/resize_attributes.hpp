@@ -1,5 +1,4 @@
 #pragma once
-#include <limits>
 #include <tapestry/nn/detail/network/operator_context.hpp>
 
 namespace tapestry::nn {
@@ -15,7 +14,6 @@ struct ResizeRule {
   bool antialiases = false;  ///< linear and cubic filters reach as far as an output pixel is large
 };
 
-/// One axis that is resized.
 struct ResizeAxis {
   std::size_t axis = 0;  ///< as stored
   std::size_t input = 1, output = 1;
@@ -120,6 +118,66 @@ struct ResizeTaps {
   for (double& weight : taps.weights) weight /= sum;
   return taps;
 }
+
+/// Numbers of operand i, or none if it is left out or empty.
+[[nodiscard]] inline std::vector<double> optional_numbers(const OperatorContext& context, std::size_t i) {
+  if (!context.has_input(i) || size_of(context.input(i).shape) == 0) return {};
+  const Constant& constant = context.constant(i);
+  std::vector<double> values;
+  for (std::size_t k = 0; k < constant.size(); ++k) values.push_back(constant.at(k));
+  return values;
+}
+
+[[nodiscard]] inline std::size_t resized_extent(double value) {
+  constexpr double most = 1 << 20;
+  if (!(value >= 1 && value <= most)) throw ShapeError({"an extent would be ", value, " after resizing"});
+  return static_cast<std::size_t>(value);
+}
+
+/// Extents from scales: ⌊extent · scale⌋, in single precision as in other runtimes.
+inline void apply_scales(const std::vector<double>& scales, std::vector<ResizeAxis>& axes) {
+  for (std::size_t k = 0; k < axes.size(); ++k) {
+    if (!(scales[k] > 0) || !std::isfinite(scales[k])) throw DomainError({"a scale is ", scales[k]});
+    axes[k].scale = scales[k];
+    const float extent = static_cast<float>(axes[k].input) * static_cast<float>(scales[k]);
+    axes[k].output = resized_extent(std::floor(static_cast<double>(extent)));
+  }
+}
+
+/// Extents from sizes. A policy may apply the smallest or the largest scale to all axes.
+inline void apply_sizes(const std::vector<double>& sizes, const std::string& policy,
+                        std::vector<ResizeAxis>& axes) {
+  std::vector<double> scales;
+  for (std::size_t k = 0; k < axes.size(); ++k)
+    scales.push_back(static_cast<double>(resized_extent(sizes[k])) / static_cast<double>(axes[k].input));
+  if (policy != "stretch" && policy != "not_larger" && policy != "not_smaller")
+    throw DomainError({"attribute 'keep_aspect_ratio_policy' is '", policy, "'"});
+  const double common = policy == "not_larger" ? std::ranges::min(scales) : std::ranges::max(scales);
+  for (std::size_t k = 0; k < axes.size(); ++k) {
+    axes[k].output = resized_extent(sizes[k]);
+    axes[k].scale = scales[k];
+    if (policy == "stretch") continue;
+    axes[k].output = resized_extent(std::floor(common * static_cast<double>(axes[k].input) + 0.5));
+    axes[k].scale = common;
+  }
+}
+
+[[nodiscard]] inline ResizeRule resize_rule(OperatorContext& context, bool is_early) {
+  ResizeRule rule;
+  rule.mode = context.text("mode", "nearest");
+  if (rule.mode == "bilinear" || rule.mode == "trilinear") rule.mode = "linear";
+  if (is_early) {
+    rule.coordinates = "asymmetric";
+    rule.nearest = "simple";
+    return rule;
+  }
+  rule.coordinates = context.text("coordinate_transformation_mode", rule.coordinates);
+  rule.nearest = context.text("nearest_mode", rule.nearest);
+  rule.cubic_a = context.number("cubic_coeff_a", rule.cubic_a);
+  rule.excludes_outside = context.flag("exclude_outside", 0);
+  rule.antialiases = context.flag("antialias", 0);
+  return rule;
+}
 }  // namespace detail
 
 /// \throws DomainError for a mode that is none, and for coordinates that are not finite; ShapeError for a
@@ -154,83 +212,11 @@ struct ResizeTaps {
   return table;
 }
 
-/// Attributes of a node Resize or Upsample.
 struct ResizeAttributes {
   ResizeRule rule{};
   std::vector<ResizeAxis> axes{};
   double extrapolation = 0;
 };
-
-namespace detail {
-
-/// Numbers of operand i, or none if it is left out or empty.
-[[nodiscard]] inline std::vector<double> optional_numbers(const OperatorContext& context, std::size_t i) {
-  if (!context.has_input(i) || size_of(context.input(i).shape) == 0) return {};
-  const Constant& constant = context.constant(i);
-  std::vector<double> values;
-  for (std::size_t k = 0; k < constant.size(); ++k) values.push_back(constant.at(k));
-  return values;
-}
-
-/// The axes, in the description's numbering, that scales and sizes are for.
-[[nodiscard]] inline std::vector<std::int64_t> resized_axes(OperatorContext& context) {
-  std::vector<std::int64_t> all(context.input(0).shape.size());
-  std::iota(all.begin(), all.end(), std::int64_t(0));
-  return context.integers("axes", all);
-}
-
-[[nodiscard]] inline std::size_t resized_extent(double value) {
-  constexpr double most = 1 << 20;
-  if (!(value >= 1 && value <= most)) throw ShapeError({"an extent would be ", value, " after resizing"});
-  return static_cast<std::size_t>(value);
-}
-
-/// Extents from scales: ⌊extent · scale⌋, in single precision as in other runtimes.
-inline void apply_scales(const std::vector<double>& scales, std::vector<ResizeAxis>& axes) {
-  for (std::size_t k = 0; k < axes.size(); ++k) {
-    if (!(scales[k] > 0) || !std::isfinite(scales[k])) throw DomainError({"a scale is ", scales[k]});
-    axes[k].scale = scales[k];
-    const float extent = static_cast<float>(axes[k].input) * static_cast<float>(scales[k]);
-    axes[k].output = resized_extent(std::floor(static_cast<double>(extent)));
-  }
-}
-
-/// Extents from sizes. A policy may apply the smallest or the largest scale to all axes.
-inline void apply_sizes(const std::vector<double>& sizes, const std::string& policy,
-                        std::vector<ResizeAxis>& axes) {
-  std::vector<double> scales;
-  for (std::size_t k = 0; k < axes.size(); ++k)
-    scales.push_back(static_cast<double>(resized_extent(sizes[k])) / static_cast<double>(axes[k].input));
-  if (policy != "stretch" && policy != "not_larger" && policy != "not_smaller")
-    throw DomainError({"attribute 'keep_aspect_ratio_policy' is '", policy, "'"});
-  const double common = policy == "not_larger" ? *std::min_element(scales.begin(), scales.end())
-                                               : *std::max_element(scales.begin(), scales.end());
-  for (std::size_t k = 0; k < axes.size(); ++k) {
-    axes[k].output = resized_extent(sizes[k]);
-    axes[k].scale = scales[k];
-    if (policy == "stretch") continue;
-    axes[k].output = resized_extent(std::floor(common * static_cast<double>(axes[k].input) + 0.5));
-    axes[k].scale = common;
-  }
-}
-
-[[nodiscard]] inline ResizeRule resize_rule(OperatorContext& context, bool is_early) {
-  ResizeRule rule;
-  rule.mode = context.text("mode", "nearest");
-  if (rule.mode == "bilinear" || rule.mode == "trilinear") rule.mode = "linear";
-  if (is_early) {
-    rule.coordinates = "asymmetric";
-    rule.nearest = "simple";
-    return rule;
-  }
-  rule.coordinates = context.text("coordinate_transformation_mode", rule.coordinates);
-  rule.nearest = context.text("nearest_mode", rule.nearest);
-  rule.cubic_a = context.number("cubic_coeff_a", rule.cubic_a);
-  rule.excludes_outside = context.flag("exclude_outside", 0);
-  rule.antialiases = context.flag("antialias", 0);
-  return rule;
-}
-}  // namespace detail
 
 /// \throws DomainError or ShapeError for attributes that are contradictory or not supported
 [[nodiscard]] inline ResizeAttributes resize_attributes(OperatorContext& context) {
@@ -238,7 +224,9 @@ inline void apply_sizes(const std::vector<double>& sizes, const std::string& pol
   ResizeAttributes attributes{detail::resize_rule(context, is_early), {}, 0};
   const Shape& shape = context.input(0).shape;
   if (size_of(shape) == 0) throw ShapeError("input 0 is empty");
-  for (const std::int64_t axis : detail::resized_axes(context)) {
+  std::vector<std::int64_t> all(shape.size());
+  std::iota(all.begin(), all.end(), std::int64_t(0));
+  for (const std::int64_t axis : context.integers("axes", all)) {
     const std::size_t stored = context.axis(axis, shape.size());
     const auto is_same = [stored](const ResizeAxis& other) { return other.axis == stored; };
     if (stored >= shape.size() || std::ranges::any_of(attributes.axes, is_same))

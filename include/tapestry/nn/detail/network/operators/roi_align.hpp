@@ -197,47 +197,43 @@ class RoiAlign : public Operation<T> {
   RoiSampling rule_;
 };
 
-/// RoiAlign.
 template <std::floating_point T>
 void add_roi_align(OperatorTable<T>& table) {
-  table["RoiAlign"] = {
-      LayoutRule::plain,
-      1,
-      false,
-      {{3, 3}},
-      [](OperatorContext& context) {
-        const Shape &x = context.input(0).shape, &boxes = context.input(1).shape;
-        if (x.size() != 4 || size_of(x) == 0 || boxes.size() != 2 || boxes[1] != 4 ||
-            context.input(2).shape != Shape{boxes[0]})
-          throw ShapeError({"features, boxes and their pictures are ", x, ", ", boxes, " and ",
-                            context.input(2).shape, ", expected [N, C, H, W], [boxes, 4] and [boxes]"});
-        context.require_type(1, ElementType::floating);
-        context.require_type(2, ElementType::integer);
-        const std::string mode = context.text("mode", "avg");
-        if (mode != "avg" && mode != "max")
-          throw DomainError({"mode is ", in_quotes(mode), ", expected avg or max"});
-        const bool was_whole = context.opset() < 16;
-        const std::string origin =
-            context.text("coordinate_transformation_mode", was_whole ? "output_half_pixel" : "half_pixel");
-        if (origin != "half_pixel" && origin != "output_half_pixel")
-          throw DomainError({"coordinate_transformation_mode is ", in_quotes(origin)});
-        const auto extent = [&](const char* name) {
-          return static_cast<std::size_t>(context.integer(name, 1));
-        };
-        const RoiSampling rule{mode == "max",
-                               origin == "half_pixel",
-                               extent("output_height"),
-                               extent("output_width"),
-                               static_cast<std::size_t>(context.integer("sampling_ratio", 0)),
-                               context.number("spatial_scale", 1)};
-        constexpr std::size_t most = std::size_t(1) << 22U;
-        if (const std::size_t samples = rule.rows * rule.samples * rule.columns * rule.samples;
-            samples > most)
-          throw DomainError({samples, " samples a box, expected at most ", most});
-        if (!std::isfinite(rule.scale)) throw DomainError({"spatial_scale is ", rule.scale});
-        return std::make_unique<RoiAlign<T>>(x, boxes, rule);
-      },
-      {{"output_height", 1, 4096}, {"output_width", 1, 4096}, {"sampling_ratio", 0, 4096}}};
+  const auto make = [](OperatorContext& context) {
+    const Shape &x = context.input(0).shape, &boxes = context.input(1).shape;
+    if (x.size() != 4 || size_of(x) == 0 || boxes.size() != 2 || boxes[1] != 4 ||
+        context.input(2).shape != Shape{boxes[0]})
+      throw ShapeError({"features, boxes and their pictures are ", x, ", ", boxes, " and ",
+                        context.input(2).shape, ", expected [N, C, H, W], [boxes, 4] and [boxes]"});
+    context.require_type(1, ElementType::floating);
+    context.require_type(2, ElementType::integer);
+    const std::string mode = context.text("mode", "avg");
+    if (mode != "avg" && mode != "max")
+      throw DomainError({"mode is ", in_quotes(mode), ", expected avg or max"});
+    const bool was_whole = context.opset() < 16;
+    const std::string origin =
+        context.text("coordinate_transformation_mode", was_whole ? "output_half_pixel" : "half_pixel");
+    if (origin != "half_pixel" && origin != "output_half_pixel")
+      throw DomainError({"coordinate_transformation_mode is ", in_quotes(origin)});
+    const auto extent = [&](const char* name) { return static_cast<std::size_t>(context.integer(name, 1)); };
+    const RoiSampling rule{mode == "max",
+                           origin == "half_pixel",
+                           extent("output_height"),
+                           extent("output_width"),
+                           static_cast<std::size_t>(context.integer("sampling_ratio", 0)),
+                           context.number("spatial_scale", 1)};
+    constexpr std::size_t most = std::size_t(1) << 22U;
+    if (const std::size_t samples = rule.rows * rule.samples * rule.columns * rule.samples; samples > most)
+      throw DomainError({samples, " samples a box, expected at most ", most});
+    if (!std::isfinite(rule.scale)) throw DomainError({"spatial_scale is ", rule.scale});
+    return std::make_unique<RoiAlign<T>>(x, boxes, rule);
+  };
+  table["RoiAlign"] = {LayoutRule::plain,
+                       1,
+                       false,
+                       {{3, 3}},
+                       make,
+                       {{"output_height", 1, 4096}, {"output_width", 1, 4096}, {"sampling_ratio", 0, 4096}}};
 }
 
 }  // namespace tapestry::nn

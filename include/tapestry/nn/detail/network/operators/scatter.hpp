@@ -47,14 +47,7 @@ class Scatter : public Operation<T> {
         block[k] *= by_element;
       }
     }
-    if (!call.wants(0)) return;
-    const std::size_t count = call.input_adjoints[0].size();
-    if (call.is_uninitialised[0]) {
-      copy(dy, call.input_adjoints[0].values, count);
-    } else {
-      add(dy, call.input_adjoints[0].values, count);
-    }
-    call.is_uninitialised[0] = false;
+    if (call.wants(0)) BroadcastOperand().pull_back(dy, T(1), call, 0);
   }
 
   [[nodiscard]] AdjointReads adjoint_reads() const override { return {needs_values() ? 4U : 0U, 0}; }
@@ -128,8 +121,7 @@ template <std::floating_point T>
 void add_scatter_operators(OperatorTable<T>& table) {
   table["ScatterND"] = {LayoutRule::plain, 1, false, {{3, 3}}, detail::make_scatter_nd<T>};
   table["ScatterElements"] = {LayoutRule::plain, 1, false, {{3, 3}}, detail::make_scatter_elements<T>};
-  table["Scatter"] = {
-      LayoutRule::plain, 1, false, {{3, 3}}, detail::make_scatter_elements<T>};  // up to opset 10
+  table["Scatter"] = table["ScatterElements"];  // up to opset 10
 }
 
 }  // namespace tapestry::nn

@@ -1,6 +1,5 @@
 #pragma once
-#include <tapestry/nn/detail/network/axis_reduction.hpp>
-#include <tapestry/nn/detail/network/operators.hpp>
+#include <tapestry/nn/detail/network/operators/binary.hpp>
 
 namespace tapestry::nn {
 
@@ -73,20 +72,10 @@ class Softmax : public Operation<T> {
 
  private:
   struct Exponential {
-    const T* x;
-    T* y;
-    T shift;
-    [[gnu::always_inline]] void operator()(std::size_t i) const {
-      y[i] = tapestry::detail::vector_exp(x[i] - shift);
-    }
+    [[gnu::always_inline]] static T value(T x, T shift) { return tapestry::detail::vector_exp(x - shift); }
   };
-  struct Exponentials {
-    const T *x, *shifts;
-    T* y;
-    [[gnu::always_inline]] void operator()(std::size_t i) const {
-      y[i] = tapestry::detail::vector_exp(x[i] - shifts[i]);
-    }
-  };
+  template <class Shift>
+  using Exponentials = detail::BinaryBody<Exponential, T, const T*, Shift>;
 
   [[nodiscard, gnu::always_inline]] static T larger(T best, T value) {
     return value > best || value != value ? value : best;
@@ -108,7 +97,7 @@ class Softmax : public Operation<T> {
       for (std::size_t i = 0; i < count; ++i) y[i] = x[i] - largest - scale;
       return;
     }
-    tapestry::detail::for_block<16>(count, Exponential{x, y, largest});
+    tapestry::detail::for_block<16>(count, Exponentials<T>{x, largest, y});
     const T scale = static_cast<T>(1 / detail::reduce_run<SumStep>(y, 0, 0, count));
     for (std::size_t i = 0; i < count; ++i) y[i] *= scale;
   }
@@ -129,7 +118,7 @@ class Softmax : public Operation<T> {
           sums[l] += static_cast<double>(std::exp(x[i + l] - largest[l]));
         continue;
       }
-      tapestry::detail::for_block<16>(lanes, Exponentials{x + i, largest, y + i});
+      tapestry::detail::for_block<16>(lanes, Exponentials<const T*>{x + i, largest, y + i});
       plain_block<16>(lanes, [&](std::size_t l) { sums[l] += static_cast<double>(y[i + l]); });
     }
     for (std::size_t l = 0; l < lanes; ++l)

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/nn/detail/network/broadcast.hpp>
 #include <tapestry/nn/detail/network/operators/rearrange.hpp>
 #include <tapestry/nn/detail/network/operators/reshape.hpp>
 
@@ -37,7 +36,6 @@ template <std::floating_point T>
                                         std::vector<Piece>{piece}, Coverage{});
 }
 
-/// Slice along one axis.
 struct AxisSlice {
   std::int64_t begin = 0, step = 1, count = 0;
   AxisSlice(std::int64_t extent, std::int64_t start, std::int64_t end, std::int64_t step_wanted)
