@@ -2,7 +2,6 @@
 #include <deque>
 #include <tapestry/autodiff/detail/arrays/adjoint_lane.hpp>
 #include <tapestry/autodiff/tape.hpp>
-#include <tapestry/core/array.hpp>
 #include <tapestry/core/parallel.hpp>
 
 namespace tapestry {
@@ -105,6 +104,36 @@ class InputRecord final : public TapeRecord<T> {
  private:
   std::shared_ptr<ArrayAdjoint<T, Rank>> adjoint_;
 };
+
+template <class T, std::size_t Rank>
+inline constexpr bool is_array_input<T, Array<T, Rank>> = true;
+template <class T, std::size_t Rank>
+inline constexpr bool is_array_input<T, ArrayVariable<T, Rank>> = true;
+
+/// Tape::input() of an array.
+template <class T, std::size_t Rank>
+[[nodiscard]] ArrayVariable<T, Rank> array_input(TapeState<T>& state, Array<T, Rank> value) {
+  return array_input(state, ArrayVariable<T, Rank>(std::move(value)));
+}
+
+/// Tape::input() of an array variable: the same value, without a copy, as a new input.
+template <class T, std::size_t Rank>
+[[nodiscard]] ArrayVariable<T, Rank> array_input(TapeState<T>& state, const ArrayVariable<T, Rank>& value) {
+  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(value.shape(), lane_of(state));
+  const Link link = state.append_record(std::make_unique<InputRecord<T, Rank>>(adjoint));
+  return {value.shared_value(), std::move(adjoint), link};
+}
+
+/// Tape::reverse() from an array.
+template <class T, std::size_t Rank>
+void reverse_from_array(TapeState<T>& state, const ArrayVariable<T, Rank>& root, const Array<T, Rank>& seed) {
+  require_shape("reverse", "seed", seed, root.shape());
+  for (const T entry : seed) note_nan(entry);
+  state.require_own_if_active(root.link());
+  state.reverse(root.link().index(), [&](T*) {
+    if (root.is_active()) root.shared_adjoint()->touch() = seed;
+  });
+}
 }  // namespace detail
 
 /// An array that a tape can differentiate by. An Array<T, Rank> converts to a passive one, which costs no
@@ -182,40 +211,5 @@ template <class T, std::size_t Rank>
 [[nodiscard]] ArrayVariable<T, Rank> passive(const ArrayVariable<T, Rank>& array) {
   return {array.shared_value(), nullptr, detail::Link{}};
 }
-
-namespace detail {
-template <class T, std::size_t Rank>
-inline constexpr bool is_array_input<T, Array<T, Rank>> = true;
-template <class T, std::size_t Rank>
-inline constexpr bool is_array_input<T, ArrayVariable<T, Rank>> = true;
-
-/// Tape::input() of an array.
-template <class T, std::size_t Rank>
-[[nodiscard]] ArrayVariable<T, Rank> array_input(TapeState<T>& state, Array<T, Rank> value) {
-  auto shared = std::make_shared<const Array<T, Rank>>(std::move(value));
-  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(shared->shape(), lane_of(state));
-  const Link link = state.append_record(std::make_unique<InputRecord<T, Rank>>(adjoint));
-  return {std::move(shared), std::move(adjoint), link};
-}
-
-/// Tape::input() of an array variable: the same value, without a copy, as a new input.
-template <class T, std::size_t Rank>
-[[nodiscard]] ArrayVariable<T, Rank> array_input(TapeState<T>& state, const ArrayVariable<T, Rank>& value) {
-  auto adjoint = std::make_shared<ArrayAdjoint<T, Rank>>(value.shape(), lane_of(state));
-  const Link link = state.append_record(std::make_unique<InputRecord<T, Rank>>(adjoint));
-  return {value.shared_value(), std::move(adjoint), link};
-}
-
-/// Tape::reverse() from an array.
-template <class T, std::size_t Rank>
-void reverse_from_array(TapeState<T>& state, const ArrayVariable<T, Rank>& root, const Array<T, Rank>& seed) {
-  require_shape("reverse", "seed", seed, root.shape());
-  for (const T entry : seed) note_nan(entry);
-  state.require_own_if_active(root.link());
-  state.reverse(root.link().index(), [&](T*) {
-    if (root.is_active()) root.shared_adjoint()->touch() = seed;
-  });
-}
-}  // namespace detail
 
 }  // namespace tapestry

@@ -40,8 +40,7 @@ template <class T>
 struct promote_arg;
 
 /// Results are variables also where the argument is a formula, such as −x.
-template <class Formula>
-requires tapestry::ScalarExpression<Formula>
+template <tapestry::ScalarExpression Formula>
 struct promote_arg<Formula> {
   using type = tapestry::Variable<typename Formula::ExpressionScalar>;
 };

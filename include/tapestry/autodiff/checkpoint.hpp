@@ -1,6 +1,5 @@
 #pragma once
 #include <algorithm>
-#include <memory>
 #include <tapestry/autodiff/detail/tape/spare_tape.hpp>
 
 namespace tapestry {

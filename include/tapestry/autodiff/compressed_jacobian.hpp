@@ -5,6 +5,33 @@
 
 namespace tapestry {
 
+/// Plan for computing a Jacobian of a known pattern in few sweeps: backwards for rows that share no column,
+/// or forwards for columns that share no row, whichever takes fewer colours; backwards at a tie.
+class JacobianPlan {
+ public:
+  JacobianPlan() = default;
+  explicit JacobianPlan(JacobianPattern pattern)
+      : pattern_(std::move(pattern)),
+        rows_(colour_columns(pattern_.transposed())),
+        columns_(colour_columns(pattern_)),
+        goes_forward_(columns_.colour_count < rows_.colour_count) {}
+
+  [[nodiscard]] const JacobianPattern& pattern() const { return pattern_; }
+  /// Whether its sweeps run forwards over the recording, not backwards.
+  [[nodiscard]] bool goes_forward() const { return goes_forward_; }
+  /// Directions that the sweeps take, eight of them each.
+  [[nodiscard]] std::size_t direction_count() const { return colouring().colour_count; }
+  /// Colouring of the columns when it goes forward, else of the rows.
+  [[nodiscard]] const ColumnColouring& colouring() const { return goes_forward_ ? columns_ : rows_; }
+  /// Colouring of the rows, whichever way it goes.
+  [[nodiscard]] const ColumnColouring& row_colouring() const { return rows_; }
+
+ private:
+  JacobianPattern pattern_;
+  ColumnColouring rows_, columns_;
+  bool goes_forward_ = false;
+};
+
 namespace detail {
 /// One backward pass over the tape: every statement hands its sets on to its operands.
 /// \returns the set of each wanted statement
@@ -40,66 +67,7 @@ template <class T>
   });
   return set_of;
 }
-}  // namespace detail
 
-/// Finds the `variables` that each of `roots` depends on, as entries (root, variable), in one backward pass
-/// over the tape that hands on sets of roots. An operand counts even where its partial derivative is 0. The
-/// side that max(), min(), abs() or a comparison did not take does not count: a pattern serves other
-/// recordings that choose the same sides. Operations with a pullback are opaque: each of their results counts
-/// as computed from all of their inputs, and an array as one number. A pattern made by hand that leaves some
-/// of these out takes fewer directions.
-/// \throws DomainError if a root or a variable is not on the tape
-template <std::floating_point T>
-[[nodiscard]] JacobianPattern sparsity_pattern(const Tape<T>& tape, std::span<const Variable<T>> roots,
-                                               std::span<const Variable<T>> variables) {
-  const auto& state = *tape.shared_state();
-  for (const auto& variable : variables) state.require_own_if_active(variable.link());
-  detail::IndexSets sets;
-  detail::PendingSets pending(state.statement_count() + 1);
-  for (std::size_t i = 0; i < roots.size(); ++i) {
-    state.require_own_if_active(roots[i].link());
-    if (roots[i].is_active())
-      pending.add(roots[i].link().index(), sets.single(static_cast<std::uint32_t>(i)));
-  }
-  std::vector<bool> is_wanted(state.statement_count() + 1, false);
-  for (const auto& variable : variables) is_wanted[variable.link().index()] = true;
-  const auto sets_of = detail::hand_sets_back(state, pending, sets, std::move(is_wanted));
-  std::vector<JacobianPattern::Entry> entries;
-  for (std::size_t j = 0; j < variables.size(); ++j) {
-    if (!variables[j].is_active()) continue;
-    for (const auto root : sets.members(sets_of[variables[j].link().index()])) entries.push_back({root, j});
-  }
-  return {roots.size(), variables.size(), std::move(entries)};
-}
-
-/// Plan for computing a Jacobian of a known pattern in few sweeps: backwards for rows that share no column,
-/// or forwards for columns that share no row, whichever takes fewer colours; backwards at a tie.
-class JacobianPlan {
- public:
-  JacobianPlan() = default;
-  explicit JacobianPlan(JacobianPattern pattern)
-      : pattern_(std::move(pattern)),
-        rows_(colour_columns(pattern_.transposed())),
-        columns_(colour_columns(pattern_)),
-        goes_forward_(columns_.colour_count < rows_.colour_count) {}
-
-  [[nodiscard]] const JacobianPattern& pattern() const { return pattern_; }
-  /// Whether its sweeps run forwards over the recording, not backwards.
-  [[nodiscard]] bool goes_forward() const { return goes_forward_; }
-  /// Directions that the sweeps take, eight of them each.
-  [[nodiscard]] std::size_t direction_count() const { return colouring().colour_count; }
-  /// Colouring of the columns when it goes forward, else of the rows.
-  [[nodiscard]] const ColumnColouring& colouring() const { return goes_forward_ ? columns_ : rows_; }
-  /// Colouring of the rows, whichever way it goes.
-  [[nodiscard]] const ColumnColouring& row_colouring() const { return rows_; }
-
- private:
-  JacobianPattern pattern_;
-  ColumnColouring rows_, columns_;
-  bool goes_forward_ = false;
-};
-
-namespace detail {
 inline void require_pattern_of(const JacobianPattern& pattern, std::size_t roots, std::size_t variables,
                                std::size_t values) {
   if (pattern.row_count() != roots || pattern.column_count() != variables)
@@ -152,6 +120,36 @@ void compressed_backwards(TapeState<T>& state, std::span<const Variable<T>> root
   }
 }
 }  // namespace detail
+
+/// Finds the `variables` that each of `roots` depends on, as entries (root, variable), in one backward pass
+/// over the tape that hands on sets of roots. An operand counts even where its partial derivative is 0. The
+/// side that max(), min(), abs() or a comparison did not take does not count: a pattern serves other
+/// recordings that choose the same sides. Operations with a pullback are opaque: each of their results counts
+/// as computed from all of their inputs, and an array as one number. A pattern made by hand that leaves some
+/// of these out takes fewer directions.
+/// \throws DomainError if a root or a variable is not on the tape
+template <std::floating_point T>
+[[nodiscard]] JacobianPattern sparsity_pattern(const Tape<T>& tape, std::span<const Variable<T>> roots,
+                                               std::span<const Variable<T>> variables) {
+  const auto& state = *tape.shared_state();
+  for (const auto& variable : variables) state.require_own_if_active(variable.link());
+  detail::IndexSets sets;
+  detail::PendingSets pending(state.statement_count() + 1);
+  for (std::size_t i = 0; i < roots.size(); ++i) {
+    state.require_own_if_active(roots[i].link());
+    if (roots[i].is_active())
+      pending.add(roots[i].link().index(), sets.single(static_cast<std::uint32_t>(i)));
+  }
+  std::vector<bool> is_wanted(state.statement_count() + 1, false);
+  for (const auto& variable : variables) is_wanted[variable.link().index()] = true;
+  const auto sets_of = detail::hand_sets_back(state, pending, sets, std::move(is_wanted));
+  std::vector<JacobianPattern::Entry> entries;
+  for (std::size_t j = 0; j < variables.size(); ++j) {
+    if (!variables[j].is_active()) continue;
+    for (const auto root : sets.members(sets_of[variables[j].link().index()])) entries.push_back({root, j});
+  }
+  return {roots.size(), variables.size(), std::move(entries)};
+}
 
 /// The entries of d roots / d variables in the plan's pattern, in its order, from the tape's recording.
 /// Entries that the pattern wrongly leaves out are added to others. Sweeps a tape

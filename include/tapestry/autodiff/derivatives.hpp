@@ -25,6 +25,18 @@ struct ValueAndDerivative {
   T derivative;
 };
 
+/// f(x) and its first derivatives.
+template <class T>
+struct DenseJacobian {
+  std::size_t rows = 0;     ///< results of f
+  std::size_t columns = 0;  ///< inputs of f
+  std::vector<T> entries;   ///< d f[i] / d x[j] at [i · columns + j]
+  std::vector<T> values;    ///< f(x), [rows]
+
+  /// d f[i] / d x[j]
+  [[nodiscard]] const T& operator()(std::size_t i, std::size_t j) const { return entries[i * columns + j]; }
+};
+
 namespace detail {
 /// Whether a scalar is a Dual of numbers: the derivative of a derivative is then asked for.
 template <class T>
@@ -52,6 +64,67 @@ template <class D, class FoundAt>
   std::copy(known.begin(), known.end(), tangents.begin());
   found.derivative = D(found.derivative.value(), tangents);
   return found;
+}
+
+inline void require_as_many(const char* operation, const char* what, std::size_t found,
+                            std::size_t expected) {
+  if (found != expected)
+    throw DomainError({operation, ": ", found, " entries of ", what, ", expected ", expected});
+}
+
+/// Records f on a tape of duals, calls `seed(i)` for the tangents of input i, sweeps back, and calls
+/// `take(i, adjoint of input i)`. Returns the root.
+template <class D, class Function, class T, class Seed, class Take>
+D sweep_duals(Tape<D>& tape, const Function& f, std::span<const T> x, Seed seed, Take take) {
+  const auto scope = tape.activate();
+  tape.clear();
+  std::vector<Variable<D>> inputs;
+  inputs.reserve(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) inputs.push_back(tape.input(D(x[i], seed(i))));
+  const Variable<D> root = f(std::span<const Variable<D>>(inputs));
+  tape.reverse(root);
+  for (std::size_t i = 0; i < x.size(); ++i) take(i, tape.adjoint(inputs[i]));
+  return root.value();
+}
+
+/// Results of a function and columns of a Jacobian that one call with duals computes.
+inline constexpr std::size_t columns_a_call = 8;
+
+/// Results of a function, a range or one number, in its scalar type S.
+template <class S, class Found>
+[[nodiscard]] std::vector<S> results_of(const Found& found) {
+  if constexpr (std::convertible_to<const Found&, S>)
+    return {S(found)};
+  else
+    return std::vector<S>(std::begin(found), std::end(found));
+}
+
+/// Calls f with duals, columns_a_call columns a call and at least once.
+/// \throws DomainError if f returns another number of results from one call to the next
+template <std::floating_point T, class Function>
+[[nodiscard]] DenseJacobian<T> jacobian_by_duals(const Function& f, std::span<const T> x) {
+  using D = Dual<T, columns_a_call, Function>;
+  DenseJacobian<T> result;
+  result.columns = x.size();
+  std::size_t first = 0;
+  do {
+    const std::size_t count = std::min(columns_a_call, x.size() - first);
+    std::vector<D> inputs(x.begin(), x.end());
+    for (std::size_t k = 0; k < count; ++k) inputs[first + k] = D::input(x[first + k], k);
+    const std::vector<D> found = results_of<D>(f(std::span<const D>(inputs)));
+    if (first == 0) {
+      result.rows = found.size();
+      result.values.resize(result.rows);
+      result.entries.resize(result.rows * x.size());
+    }
+    require_as_many("jacobian", "the result in a later call", found.size(), result.rows);
+    for (std::size_t i = 0; i < result.rows; ++i) {
+      result.values[i] = found[i].value();
+      for (std::size_t k = 0; k < count; ++k) result.entries[i * x.size() + first + k] = found[i].tangent(k);
+    }
+    first += columns_a_call;
+  } while (first < x.size());
+  return result;
 }
 }  // namespace detail
 
@@ -102,29 +175,6 @@ struct HessianProduct {
   std::vector<T> gradient;
   SecondDerivatives<T> product;
 };
-
-namespace detail {
-inline void require_as_many(const char* operation, const char* what, std::size_t found,
-                            std::size_t expected) {
-  if (found != expected)
-    throw DomainError({operation, ": ", found, " entries of ", what, ", expected ", expected});
-}
-
-/// Records f on a tape of duals, calls `seed(i)` for the tangents of input i, sweeps back, and calls
-/// `take(i, adjoint of input i)`. Returns the root.
-template <class D, class Function, class T, class Seed, class Take>
-D sweep_duals(Tape<D>& tape, const Function& f, std::span<const T> x, Seed seed, Take take) {
-  const auto scope = tape.activate();
-  tape.clear();
-  std::vector<Variable<D>> inputs;
-  inputs.reserve(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) inputs.push_back(tape.input(D(x[i], seed(i))));
-  const Variable<D> root = f(std::span<const Variable<D>>(inputs));
-  tape.reverse(root);
-  for (std::size_t i = 0; i < x.size(); ++i) take(i, tape.adjoint(inputs[i]));
-  return root.value();
-}
-}  // namespace detail
 
 /// Products of the Hessian of one function with directions, and its gradient: forward over reverse, on a tape
 /// of duals that is kept from call to call, at about twice the cost of a gradient.
@@ -207,60 +257,6 @@ template <std::floating_point T = double, class Function>
   return detail::known_curvature<T>(x, evaluate, [n](std::size_t e) { return std::pair(e / n, e % n); })
       .second;
 }
-
-/// f(x) and its first derivatives.
-template <class T>
-struct DenseJacobian {
-  std::size_t rows = 0;     ///< results of f
-  std::size_t columns = 0;  ///< inputs of f
-  std::vector<T> entries;   ///< d f[i] / d x[j] at [i · columns + j]
-  std::vector<T> values;    ///< f(x), [rows]
-
-  /// d f[i] / d x[j]
-  [[nodiscard]] const T& operator()(std::size_t i, std::size_t j) const { return entries[i * columns + j]; }
-};
-
-namespace detail {
-/// Results of a function and columns of a Jacobian that one call with duals computes.
-inline constexpr std::size_t columns_a_call = 8;
-
-/// Results of a function, a range or one number, in its scalar type S.
-template <class S, class Found>
-[[nodiscard]] std::vector<S> results_of(const Found& found) {
-  if constexpr (std::convertible_to<const Found&, S>)
-    return {S(found)};
-  else
-    return std::vector<S>(std::begin(found), std::end(found));
-}
-
-/// Calls f with duals, columns_a_call columns a call and at least once.
-/// \throws DomainError if f returns another number of results from one call to the next
-template <std::floating_point T, class Function>
-[[nodiscard]] DenseJacobian<T> jacobian_by_duals(const Function& f, std::span<const T> x) {
-  using D = Dual<T, columns_a_call, Function>;
-  DenseJacobian<T> result;
-  result.columns = x.size();
-  std::size_t first = 0;
-  do {
-    const std::size_t count = std::min(columns_a_call, x.size() - first);
-    std::vector<D> inputs(x.begin(), x.end());
-    for (std::size_t k = 0; k < count; ++k) inputs[first + k] = D::input(x[first + k], k);
-    const std::vector<D> found = results_of<D>(f(std::span<const D>(inputs)));
-    if (first == 0) {
-      result.rows = found.size();
-      result.values.resize(result.rows);
-      result.entries.resize(result.rows * x.size());
-    }
-    require_as_many("jacobian", "the result in a later call", found.size(), result.rows);
-    for (std::size_t i = 0; i < result.rows; ++i) {
-      result.values[i] = found[i].value();
-      for (std::size_t k = 0; k < count; ++k) result.entries[i * x.size() + first + k] = found[i].tangent(k);
-    }
-    first += columns_a_call;
-  } while (first < x.size());
-  return result;
-}
-}  // namespace detail
 
 /// The Jacobian at x of f: span<const S> → range of S, row by row: [outputs · inputs]. Forward mode, eight
 /// columns a call: for functions of no more inputs than outputs.

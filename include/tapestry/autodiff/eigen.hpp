@@ -53,21 +53,13 @@ template <class T, std::size_t N, class Tag>
 struct NumTraits<tapestry::Dual<T, N, Tag>>
     : tapestry::detail::EigenTraits<tapestry::Dual<T, N, Tag>, tapestry::detail::Base<T>> {};
 
-template <class T, tapestry::Number B, class Operation>
-struct ScalarBinaryOpTraits<tapestry::Variable<T>, B, Operation> {
-  using ReturnType = tapestry::Variable<T>;
+template <tapestry::Differentiable S, tapestry::Number B, class Operation>
+struct ScalarBinaryOpTraits<S, B, Operation> {
+  using ReturnType = S;
 };
-template <class T, tapestry::Number B, class Operation>
-struct ScalarBinaryOpTraits<B, tapestry::Variable<T>, Operation> {
-  using ReturnType = tapestry::Variable<T>;
-};
-template <class T, std::size_t N, class Tag, tapestry::Number B, class Operation>
-struct ScalarBinaryOpTraits<tapestry::Dual<T, N, Tag>, B, Operation> {
-  using ReturnType = tapestry::Dual<T, N, Tag>;
-};
-template <class T, std::size_t N, class Tag, tapestry::Number B, class Operation>
-struct ScalarBinaryOpTraits<B, tapestry::Dual<T, N, Tag>, Operation> {
-  using ReturnType = tapestry::Dual<T, N, Tag>;
+template <tapestry::Differentiable S, tapestry::Number B, class Operation>
+struct ScalarBinaryOpTraits<B, S, Operation> {
+  using ReturnType = S;
 };
 
 namespace internal {

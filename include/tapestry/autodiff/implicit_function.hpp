@@ -92,8 +92,7 @@ template <std::floating_point T, class Residual>
     Residual residual, std::type_identity_t<std::span<const T>> solution,
     std::type_identity_t<std::span<const Variable<T>>> parameters) {
   std::vector<Variable<T>> results(solution.begin(), solution.end());
-  const auto is_active = [](const Variable<T>& variable) { return variable.is_active(); };
-  if (results.empty() || std::none_of(parameters.begin(), parameters.end(), is_active)) return results;
+  if (results.empty() || !detail::any_active<T>(parameters)) return results;
   auto& state = detail::TapeState<T>::require_active();
   for (const Variable<T>& parameter : parameters) state.require_own_if_active(parameter.link());
   using Record = detail::ImplicitRecord<T, Residual>;

@@ -1,7 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/detail/tape/deferred_throw.hpp>
 #include <tapestry/autodiff/detail/tape/first_non_finite.hpp>
-#include <tapestry/autodiff/detail/tape/tape_state.hpp>
 
 /// \file
 /// The first header of autodiff/: derivatives by reverse-mode automatic differentiation.

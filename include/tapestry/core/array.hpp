@@ -1,10 +1,8 @@
 #pragma once
 #include <algorithm>
-#include <array>
 #include <tapestry/core/detail/array_concepts.hpp>
 #include <tapestry/core/detail/supported_target.hpp>
 #include <tapestry/core/platform/memory.hpp>
-#include <vector>
 // C's <complex.h> defines I, and xtensor has parameters of this name.
 #pragma push_macro("I")
 #undef I

@@ -43,24 +43,14 @@ class MessagePart {
   MessagePart(char) = delete;  // a letter or a number?
 
   void append_to(std::string& message) const {
-    switch (kind_) {
-      case Kind::text:
-        message.append(text_, size_);
-        break;
-      case Kind::integer:
-        message += std::to_string(integer_);
-        break;
-      case Kind::count:
-        message += std::to_string(count_);
-        break;
-      case Kind::number:
-        message += std::to_string(number_);
-        break;
-      case Kind::extents:
-        message += '[';
-        for (std::size_t i = 0; i < size_; ++i) message += (i > 0 ? ", " : "") + std::to_string(extents_[i]);
-        message += ']';
-    }
+    if (kind_ == Kind::text) message.append(text_, size_);
+    if (kind_ == Kind::integer) message += std::to_string(integer_);
+    if (kind_ == Kind::count) message += std::to_string(count_);
+    if (kind_ == Kind::number) message += std::to_string(number_);
+    if (kind_ != Kind::extents) return;
+    message += '[';
+    for (std::size_t i = 0; i < size_; ++i) message += (i > 0 ? ", " : "") + std::to_string(extents_[i]);
+    message += ']';
   }
 
  private:

@@ -58,4 +58,14 @@ namespace detail {
   return quoted += word.size() > 40 ? "…'" : "'";
 }
 
+namespace detail {
+/// Words with ", " between them, for messages.
+template <class Words>
+[[nodiscard]] std::string listed(const Words& words) {
+  std::string list;
+  for (const std::string_view word : words) (list += list.empty() ? "" : ", ") += word;
+  return list;
+}
+}  // namespace detail
+
 }  // namespace tapestry

@@ -1,10 +1,7 @@
 #pragma once
-#include <cstdlib>
 #include <optional>
 #include <tapestry/core/block_loop.hpp>
 #include <tapestry/core/detail/thread_pool.hpp>
-#include <type_traits>
-#include <utility>
 
 namespace tapestry {
 namespace detail {

@@ -1,7 +1,6 @@
 #pragma once
 #include <limits>
 #include <tapestry/detect/box_formula.hpp>
-#include <tapestry/detect/head.hpp>
 
 namespace tapestry::detect {
 

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/detect/detector_description.hpp>
 #include <tapestry/detect/exported_heads.hpp>
 #include <tapestry/detect/pass.hpp>
 #include <tapestry/detect/suppression.hpp>

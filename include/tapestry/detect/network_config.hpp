@@ -4,27 +4,6 @@
 #include <tapestry/image/letterbox.hpp>
 
 namespace tapestry::detect {
-namespace detail {
-
-/// All heads are of one family with anchors; heads of the family scaled read activations.
-void check_decode(const NetworkConfig& config);
-
-}  // namespace detail
-
-/// The decode family of a network's heads; darknet where there is none.
-[[nodiscard]] DecodeFamily decode_family_of(const NetworkConfig& config);
-
-/// The same network with heads of this decode family. A cfg with new_coords=1 is scaled and stays so; one
-/// without that option leaves the choice open. A [region] is of the family darknet.
-///
-/// \throws FileError (mismatch) for a family that contradicts new_coords=1 or [region] or has no anchors, and
-///         for scaled unless each head reads a convolution with activation=logistic
-[[nodiscard]] NetworkConfig with_decode(NetworkConfig config, DecodeFamily family);
-
-/// One remark for each head that applies σ to values that have been through σ: Darknet computes that, too,
-/// but hardly any detector intends it.
-[[nodiscard]] std::vector<std::string> decode_warnings(const NetworkConfig& config);
-
 /// Extents of a layer's output for one image.
 struct FeatureShape {
   std::size_t channels = 0;
@@ -38,6 +17,9 @@ struct FeatureShape {
 
 namespace detail {
 
+/// All heads are of one family with anchors; heads of the family scaled read activations.
+void check_decode(const NetworkConfig& config);
+
 inline constexpr std::uint64_t largest_element_count =
     std::min<std::uint64_t>(std::uint64_t(1) << 31U, array_limit);
 
@@ -49,18 +31,6 @@ inline constexpr std::uint64_t largest_element_count =
 /// The head that a layer is, whose output has this shape.
 [[nodiscard]] Head head_of(const LayerConfig& layer, const FeatureShape& shape);
 
-}  // namespace detail
-
-/// Output extents of every layer for an input of `height` × `width` pixels.
-///
-/// Convolution and pooling round down; a maxpool's padding lies half before (rounded down) and the rest
-/// after its input, as in Darknet since 2018.
-/// \throws FileError  mismatch where layers do not fit each other or the input, limit where a product
-///                    passes 2³¹, with the path and line of the layer
-[[nodiscard]] std::vector<FeatureShape> infer_shapes(const NetworkConfig& config, std::size_t height,
-                                                     std::size_t width);
-
-namespace detail {
 /// A detector has at least one head, and no two heads of the same grid.
 inline void check_heads(const NetworkConfig& config, const std::vector<FeatureShape>& shapes) {
   std::vector<std::size_t> heads;
@@ -79,7 +49,31 @@ inline void check_heads(const NetworkConfig& config, const std::vector<FeatureSh
                     "", ErrorKind::mismatch);
   }
 }
+
 }  // namespace detail
+
+/// The decode family of a network's heads; darknet where there is none.
+[[nodiscard]] DecodeFamily decode_family_of(const NetworkConfig& config);
+
+/// The same network with heads of this decode family. A cfg with new_coords=1 is scaled and stays so; one
+/// without that option leaves the choice open. A [region] is of the family darknet.
+///
+/// \throws FileError (mismatch) for a family that contradicts new_coords=1 or [region] or has no anchors, and
+///         for scaled unless each head reads a convolution with activation=logistic
+[[nodiscard]] NetworkConfig with_decode(NetworkConfig config, DecodeFamily family);
+
+/// One remark for each head that applies σ to values that have been through σ: Darknet computes that, too,
+/// but hardly any detector intends it.
+[[nodiscard]] std::vector<std::string> decode_warnings(const NetworkConfig& config);
+
+/// Output extents of every layer for an input of `height` × `width` pixels.
+///
+/// Convolution and pooling round down; a maxpool's padding lies half before (rounded down) and the rest
+/// after its input, as in Darknet since 2018.
+/// \throws FileError  mismatch where layers do not fit each other or the input, limit where a product
+///                    passes 2³¹, with the path and line of the layer
+[[nodiscard]] std::vector<FeatureShape> infer_shapes(const NetworkConfig& config, std::size_t height,
+                                                     std::size_t width);
 
 /// How pictures go into a network's input. The option letter_box decides: 1 is a letterbox, 0 stretches;
 /// without the option, a letterbox. Source: the option letter_box in AlexeyAB's Darknet, which stretches

@@ -1,5 +1,4 @@
 #pragma once
-#include <limits>
 #include <numeric>
 #include <span>
 #include <tapestry/core/array.hpp>

@@ -1,5 +1,4 @@
 #pragma once
-#include <span>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/platform.hpp>
 

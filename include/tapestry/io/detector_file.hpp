@@ -1,5 +1,4 @@
 #pragma once
-#include <map>
 #include <tapestry/detect/darknet_model.hpp>
 #include <tapestry/io/file_source.hpp>
 

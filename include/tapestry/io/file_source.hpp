@@ -3,11 +3,9 @@
 #include <array>
 #include <filesystem>
 #include <iterator>
-#include <span>
 #include <system_error>
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/platform.hpp>
-#include <vector>
 
 /// \file
 /// The first header of io/: readers and writers of files, which may be damaged or hostile.

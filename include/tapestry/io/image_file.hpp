@@ -1,7 +1,5 @@
 #pragma once
-#include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/io/detail/png_scan.hpp>  // limits of pictures
 
 namespace tapestry::io {

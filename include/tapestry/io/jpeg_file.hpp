@@ -1,7 +1,5 @@
 #pragma once
 #include <tapestry/core/compiled.hpp>
-#include <tapestry/core/error.hpp>
-#include <tapestry/io/detail/exif.hpp>
 #include <tapestry/io/detail/png_scan.hpp>  // limits of pictures
 
 namespace tapestry::io {
@@ -87,21 +85,6 @@ class JpegScan {
   const std::string& path_;
   JpegHeader header_;
 };
-}  // namespace detail
-
-/// Whether a file is a JPEG by its first bytes.
-[[nodiscard]] inline bool is_jpeg(std::string_view file) { return file.starts_with("\xff\xd8\xff"); }
-
-/// Reads the header of a JPEG, up to the picture data. Sources: ITU-T T.81, annex B; for the orientation and
-/// the focal length Exif 2.3 (CIPA DC-008), sections 4.6.4 and 4.6.5.
-///
-/// \param path  for messages
-/// \throws FileError: malformed (cut; lossless or hierarchical), limit (over 16,384 a side or 64 Mpx)
-[[nodiscard]] inline JpegHeader scan_jpeg(std::string_view file, const std::string& path) {
-  return detail::JpegScan(file, path).scan();
-}
-
-namespace detail {
 
 /// Error or warning of a decoder; empty for a sound file.
 struct JpegComplaint {
@@ -118,8 +101,19 @@ JpegComplaint decode_jpeg(std::string_view file, const JpegHeader& header, bool 
 
 /// RGB of CMYK as Adobe's programs store it, inverted: K · C / 255 and so on, rounded.
 [[nodiscard]] Array<std::uint8_t, 3> rgb_of_inverted_cmyk(const Array<std::uint8_t, 3>& cmyk);
-
 }  // namespace detail
+
+/// Whether a file is a JPEG by its first bytes.
+[[nodiscard]] inline bool is_jpeg(std::string_view file) { return file.starts_with("\xff\xd8\xff"); }
+
+/// Reads the header of a JPEG, up to the picture data. Sources: ITU-T T.81, annex B; for the orientation and
+/// the focal length Exif 2.3 (CIPA DC-008), sections 4.6.4 and 4.6.5.
+///
+/// \param path  for messages
+/// \throws FileError: malformed (cut; lossless or hierarchical), limit (over 16,384 a side or 64 Mpx)
+[[nodiscard]] inline JpegHeader scan_jpeg(std::string_view file, const std::string& path) {
+  return detail::JpegScan(file, path).scan();
+}
 
 /// Decodes a JPEG, sequential or progressive, of Huffman or arithmetic coding, as RGB, [H, W, 3], turned
 /// upright by its EXIF orientation. Grey is repeated in the three channels, CMYK counts as inverted, as

@@ -12,14 +12,18 @@ namespace detail {
 template <class Number>
 void append_number(std::string& text, Number value);
 
-template <std::size_t N>
-void append_record(std::string& text, std::string_view keyword, const std::array<double, N>& values) {
-  text += keyword;
-  for (const double value : values) {
+/// Appends each number behind a blank, and the line's end.
+template <class Numbers>
+void append_numbers(std::string& text, const Numbers& values) {
+  for (const auto value : values) {
     text += ' ';
     append_number(text, value);
   }
   text += '\n';
+}
+template <std::size_t N>
+void append_record(std::string& text, std::string_view keyword, const std::array<double, N>& values) {
+  append_numbers(text += keyword, values);
 }
 
 inline std::string paint_name(const geometry::Mesh& mesh) { return unused_material_name(mesh, "paint"); }
@@ -46,6 +50,18 @@ std::vector<std::string> picture_files(const std::string& path, const geometry::
 /// rims, so other colours there would show as seams.
 template <std::floating_point T>
 Array<T, 3> with_gutters_filled(raster::PaintedMesh body, const Array<T, 3>& texture);
+
+/// Pictures inside a .glb, as PNG.
+struct GlbPictures {
+  std::string paint;                   ///< of the painted faces; empty for none
+  double u_extent = 1;                 ///< of the paint
+  std::vector<std::string> materials;  ///< names for the other faces, one a material; empty for none
+};
+
+/// The bytes of a .glb, compiled where a program includes implementation.hpp.
+/// \param painted whether each face is painted; empty: none
+std::string glb_file(const std::string& path, const geometry::Mesh& mesh,
+                     const std::vector<std::uint8_t>& painted, const GlbPictures& pictures);
 }  // namespace detail
 
 /// Writes a mesh as OBJ with its materials beside it: `car.obj`, `car.mtl`, and the pictures of materials as
@@ -67,22 +83,6 @@ void write_obj(const std::string& path, const geometry::Mesh& mesh);
 ///         write_obj()
 template <std::floating_point T>
 void write_painted_obj(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture);
-
-namespace detail {
-
-/// Pictures inside a .glb, as PNG.
-struct GlbPictures {
-  std::string paint;                   ///< of the painted faces; empty for none
-  double u_extent = 1;                 ///< of the paint
-  std::vector<std::string> materials;  ///< names for the other faces, one a material; empty for none
-};
-
-/// The bytes of a .glb, compiled where a program includes implementation.hpp.
-/// \param painted whether each face is painted; empty: none
-std::string glb_file(const std::string& path, const geometry::Mesh& mesh,
-                     const std::vector<std::uint8_t>& painted, const GlbPictures& pictures);
-
-}  // namespace detail
 
 /// Writes a mesh with the colours and pictures of its materials as glTF 2.0 binary (.glb), which viewers open
 /// directly. A node turns z up into glTF's y up, and the front from +x to +z. \throws DomainError without

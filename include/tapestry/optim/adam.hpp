@@ -2,7 +2,6 @@
 #include <cmath>
 #include <span>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/core/parallel.hpp>
 
 namespace tapestry::optim {

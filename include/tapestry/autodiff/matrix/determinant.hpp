@@ -46,33 +46,6 @@ void pull_back_factor(const DenseMatrix<T>& l, DenseMatrix<T>& adjoint) {
   }
   adjoint.template triangularView<Eigen::StrictlyUpper>().setZero();
 }
-}  // namespace detail
-
-namespace matrix {
-
-/// The lower triangular L of A = L Lᵀ for a symmetric, positive definite A, as one record. Reads A's lower
-/// triangle alone. It receives the whole adjoint: an entry below the diagonal stands for two. NaN gives NaN.
-///
-/// \param a  A, [N, N]: Eigen matrix of variables, array variable or formula; N may be 0
-/// \returns  L, [N, N], held as a is, zeros above the diagonal, whose adjoint is not used
-/// \throws ShapeError if a is not square, NumericError if it is not positive definite
-template <detail::AnyMatrix A>
-requires detail::holds_variables<A>
-[[nodiscard]] auto cholesky(const A& a) {
-  using T = detail::MatrixScalar<A>;
-  using Matrix = detail::DenseMatrix<T>;
-  const auto input = detail::matrix_input<T>(a);
-  const auto decomposition = detail::cholesky_of<T>("cholesky", input.value);
-  const Matrix value = decomposition->matrixL();
-  const auto pullback = [decomposition](const Matrix& value_adjoint, Matrix* a_adjoint) {
-    *a_adjoint = value_adjoint;
-    detail::pull_back_factor<T>(decomposition->matrixLLT(), *a_adjoint);
-  };
-  return detail::record_matrix<Eigen::Dynamic>(value, pullback, input);
-}
-
-}  // namespace matrix
-namespace detail {
 
 /// The inverse of a lower triangular matrix, [N, N], rows of a block at a time, by products of matrices; with
 /// a diagonal of ones if Mode is Eigen::UnitLower.
@@ -147,6 +120,26 @@ template <class T>
 
 namespace matrix {
 
+/// The lower triangular L of A = L Lᵀ for a symmetric, positive definite A, as one record. Reads A's lower
+/// triangle alone. It receives the whole adjoint: an entry below the diagonal stands for two. NaN gives NaN.
+///
+/// \param a  A, [N, N]: Eigen matrix of variables, array variable or formula; N may be 0
+/// \returns  L, [N, N], held as a is, zeros above the diagonal, whose adjoint is not used
+/// \throws ShapeError if a is not square, NumericError if it is not positive definite
+template <detail::MatrixOfVariables A>
+[[nodiscard]] auto cholesky(const A& a) {
+  using T = detail::MatrixScalar<A>;
+  using Matrix = detail::DenseMatrix<T>;
+  const auto input = detail::matrix_input<T>(a);
+  const auto decomposition = detail::cholesky_of<T>("cholesky", input.value);
+  const Matrix value = decomposition->matrixL();
+  const auto pullback = [decomposition](const Matrix& value_adjoint, Matrix* a_adjoint) {
+    *a_adjoint = value_adjoint;
+    detail::pull_back_factor<T>(decomposition->matrixLLT(), *a_adjoint);
+  };
+  return detail::record_matrix<Eigen::Dynamic>(value, pullback, input);
+}
+
 /// C = A⁻¹, by LU decomposition with partial pivoting, as one record. To solve equations take solve().
 ///
 ///   Ā = −Cᵀ C̄ Cᵀ
@@ -156,8 +149,7 @@ namespace matrix {
 /// \param a  A, [N, N]: Eigen matrix of variables, array variable or formula; N may be 0
 /// \returns  C, [N, N], held as a is
 /// \throws ShapeError if a is not square, NumericError if it is singular: a pivot is exactly 0
-template <detail::AnyMatrix A>
-requires detail::holds_variables<A>
+template <detail::MatrixOfVariables A>
 [[nodiscard]] auto inverse(const A& a) {
   using T = detail::MatrixScalar<A>;
   using Matrix = detail::DenseMatrix<T>;
@@ -180,8 +172,7 @@ requires detail::holds_variables<A>
 /// \param a  A, [N, N]: Eigen matrix of variables, array variable or formula
 /// \returns  one number; the sign of det A is lost
 /// \throws ShapeError if a is not square, NumericError if it is singular: a pivot is exactly 0
-template <detail::AnyMatrix A>
-requires detail::holds_variables<A>
+template <detail::MatrixOfVariables A>
 [[nodiscard]] auto log_determinant(const A& a) {
   using T = detail::MatrixScalar<A>;
   using Matrix = detail::DenseMatrix<T>;
@@ -205,8 +196,7 @@ requires detail::holds_variables<A>
 /// \param a  A, [N, N]: Eigen matrix of variables, array variable or formula
 /// \returns  one number; 0 of an empty matrix
 /// \throws ShapeError if a is not square, NumericError if it is not positive definite
-template <detail::AnyMatrix A>
-requires detail::holds_variables<A>
+template <detail::MatrixOfVariables A>
 [[nodiscard]] auto log_determinant_positive_definite(const A& a) {
   using T = detail::MatrixScalar<A>;
   using Matrix = detail::DenseMatrix<T>;
@@ -223,4 +213,5 @@ requires detail::holds_variables<A>
 }
 
 }  // namespace matrix
+
 }  // namespace tapestry

@@ -65,15 +65,14 @@ enum class Triangle { lower, upper };
 /// \returns  X, of b's extents: an array variable if a or b is an array, else an Eigen matrix of variables
 /// \throws ShapeError if a is not square or b has other than N rows
 /// \throws NumericError if a is singular: a pivot is exactly 0
-template <detail::AnyMatrix A, detail::AnyMatrix B>
-requires(detail::holds_variables<A> || detail::holds_variables<B>)
-    [[nodiscard]] auto solve(const A& a, const B& b) {
+template <detail::AnyMatrix A, detail::MatrixBeside<A> B>
+[[nodiscard]] auto solve(const A& a, const B& b) {
   using T = detail::MatrixScalar<A, B>;
   using Matrix = detail::DenseMatrix<T>;
   const auto left = detail::matrix_input<T>(a);
   const auto right = detail::matrix_input<T>(b);
   const auto lu = detail::lu_of<T>("solve", left.value);
-  detail::require_equal_rows<T>("solve", left.value, right.value);
+  detail::require_equal_rows("solve", left.value, right.value);
   const Matrix x = lu->solve(right.value);
   const auto pullback = [lu, x](const Matrix& value_adjoint, Matrix* a_adjoint, Matrix* b_adjoint) {
     const Matrix of_b = lu->transpose().solve(value_adjoint);
@@ -92,15 +91,14 @@ requires(detail::holds_variables<A> || detail::holds_variables<B>)
 /// \param b  B, [N, K] or [N]
 /// \returns  X, as solve()
 /// \throws ShapeError as solve(), NumericError if a is not positive definite
-template <detail::AnyMatrix A, detail::AnyMatrix B>
-requires(detail::holds_variables<A> || detail::holds_variables<B>)
-    [[nodiscard]] auto solve_positive_definite(const A& a, const B& b) {
+template <detail::AnyMatrix A, detail::MatrixBeside<A> B>
+[[nodiscard]] auto solve_positive_definite(const A& a, const B& b) {
   using T = detail::MatrixScalar<A, B>;
   using Matrix = detail::DenseMatrix<T>;
   const auto left = detail::matrix_input<T>(a);
   const auto right = detail::matrix_input<T>(b);
   const auto decomposition = detail::cholesky_of<T>("solve_positive_definite", left.value);
-  detail::require_equal_rows<T>("solve_positive_definite", left.value, right.value);
+  detail::require_equal_rows("solve_positive_definite", left.value, right.value);
   const Matrix x = decomposition->solve(right.value);
   const auto pullback = [decomposition, x](const Matrix& value_adjoint, Matrix* a_adjoint,
                                            Matrix* b_adjoint) {
@@ -123,15 +121,14 @@ requires(detail::holds_variables<A> || detail::holds_variables<B>)
 /// \param triangle  which part of a to read, the diagonal included
 /// \returns         X, as solve()
 /// \throws ShapeError as solve(), NumericError if a number of the diagonal is 0
-template <detail::AnyMatrix A, detail::AnyMatrix B>
-requires(detail::holds_variables<A> || detail::holds_variables<B>)
-    [[nodiscard]] auto solve_triangular(const A& a, const B& b, Triangle triangle) {
+template <detail::AnyMatrix A, detail::MatrixBeside<A> B>
+[[nodiscard]] auto solve_triangular(const A& a, const B& b, Triangle triangle) {
   using T = detail::MatrixScalar<A, B>;
   using Matrix = detail::DenseMatrix<T>;
   const auto left = detail::matrix_input<T>(a);
   const auto right = detail::matrix_input<T>(b);
-  detail::require_square<T>("solve_triangular", left.value);
-  detail::require_equal_rows<T>("solve_triangular", left.value, right.value);
+  detail::require_square("solve_triangular", left.value);
+  detail::require_equal_rows("solve_triangular", left.value, right.value);
   for (Eigen::Index i = 0; i < left.value.rows(); ++i)
     if (left.value(i, i) == 0) throw NumericError("solve_triangular: a is singular");
   Matrix x = right.value;
@@ -153,11 +150,6 @@ requires(detail::holds_variables<A> || detail::holds_variables<B>)
   return detail::record_matrix<detail::columns_of<B>()>(x, pullback, left, right);
 }
 
-}  // namespace matrix
-}  // namespace tapestry
-
-namespace tapestry::matrix {
-
 /// X that makes the columns of A X − B shortest, by QR decomposition with column pivoting, as one record. One
 /// of them may be plain. With the residual R = B − A X:
 ///
@@ -172,9 +164,8 @@ namespace tapestry::matrix {
 /// \throws ShapeError if a has more columns than rows, or b has other than M rows
 /// \throws NumericError if a number of a is not finite, or its columns are dependent up to rounding of the
 ///         longest
-template <detail::AnyMatrix A, detail::AnyMatrix B>
-requires(detail::holds_variables<A> || detail::holds_variables<B>)
-    [[nodiscard]] auto least_squares(const A& a, const B& b) {
+template <detail::AnyMatrix A, detail::MatrixBeside<A> B>
+[[nodiscard]] auto least_squares(const A& a, const B& b) {
   using T = detail::MatrixScalar<A, B>;
   using Matrix = detail::DenseMatrix<T>;
   const auto left = detail::matrix_input<T>(a);
@@ -183,7 +174,7 @@ requires(detail::holds_variables<A> || detail::holds_variables<B>)
   if (left.value.rows() < columns)
     throw ShapeError(
         {"least_squares: a is ", detail::shape_text(left.value), ", expected no more columns than rows"});
-  detail::require_equal_rows<T>("least_squares", left.value, right.value);
+  detail::require_equal_rows("least_squares", left.value, right.value);
   if (!left.value.allFinite()) throw NumericError("least_squares: a has a number that is not finite");
   const auto qr = std::make_shared<Eigen::ColPivHouseholderQR<Matrix>>(left.value.rows(), columns);
   if (columns > 0) qr->compute(left.value);
@@ -211,4 +202,5 @@ requires(detail::holds_variables<A> || detail::holds_variables<B>)
   return detail::record_matrix<detail::columns_of<B>()>(x, pullback, left, right);
 }
 
-}  // namespace tapestry::matrix
+}  // namespace matrix
+}  // namespace tapestry

@@ -93,9 +93,8 @@ std::size_t Detector<T>::class_index(std::string_view name) const {
   const bool is_number = !name.empty() && error == std::errc{} && end == name.data() + name.size();
   if (is_number && index < classes) return index;
   if (!names_.empty()) {
-    std::string list;
-    for (std::size_t i = 0; i < std::min<std::size_t>(names_.size(), 20); ++i)
-      list += (i > 0 ? ", " : "") + names_[i];
+    std::string list =
+        tapestry::detail::listed(std::span(names_).first(std::min<std::size_t>(names_.size(), 20)));
     if (names_.size() > 20) list += ", … (" + std::to_string(names_.size()) + " in all)";
     throw Error(ErrorKind::mismatch, {"no class is named ", in_quotes(name), "; there are ", list});
   }

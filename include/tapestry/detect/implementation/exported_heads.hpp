@@ -5,7 +5,6 @@
 namespace tapestry::detect {
 namespace detail {
 
-/// The outputs of one grid.
 struct OutputGroup {
   std::size_t height = 0, width = 0;
   std::vector<std::size_t> outputs{};

@@ -1,17 +1,10 @@
 #pragma once
 #include <sstream>
+#include <tapestry/detect/implementation/detector/claim.hpp>
 #include <tapestry/detect/implementation/head_trace.hpp>
 
 namespace tapestry::detect {
 namespace detail {
-
-[[nodiscard]] inline FileError other_kind(const std::string& path, const DetectorDescription& kind,
-                                          const std::string& what, const std::string& expected,
-                                          const std::string& found) {
-  return FileError(ErrorKind::mismatch,
-                   {path, "", "not a detector of the kind " + std::string(name_of(kind.head)) + ": " + what,
-                    expected, found});
-}
 
 /// Whether every grid has one convolution of K filters and one of each of `parts`.
 [[nodiscard]] inline bool are_apart(std::vector<std::size_t> filters, std::size_t grids,

@@ -25,7 +25,6 @@ namespace tapestry::detect::detail {
   return node.inputs.empty() ? std::string_view() : node.inputs.front();
 }
 
-/// The node that makes each value of a network.
 class Makers {
  public:
   explicit Makers(const nn::NetworkDescription& network) {

@@ -29,12 +29,6 @@ struct JoinedOutput {
   return FileError(ErrorKind::mismatch, {network.path, "", "not an export of " + family, expected, found});
 }
 
-[[nodiscard]] inline std::string names_of_outputs(const nn::NetworkDescription& network) {
-  std::string names;
-  for (const std::string& output : network.outputs) names += (names.empty() ? "" : ", ") + output;
-  return names;
-}
-
 /// Outputs of YOLOv8 and its successors: where boxes and scores are joined, the logits of these.
 [[nodiscard]] inline DetectorDescription yolov8_description(const nn::NetworkDescription& network) {
   DetectorDescription description;
@@ -85,7 +79,7 @@ struct JoinedOutput {
   if (network.outputs.size() != 1 || !trace.has({"ArgMax", "If", "Loop", "NonMaxSuppression", "TopK"}))
     throw not_an_export(network, "a detector that chooses the classes itself",
                         "one output, behind TopK, ArgMax or NonMaxSuppression",
-                        "outputs " + names_of_outputs(network) + " without such a choice");
+                        "outputs " + tapestry::detail::listed(network.outputs) + " without such a choice");
   DetectorDescription description;
   description.fit = {image::FitKind::letterbox, 114.0 / 255};
   description.head = HeadKind::end_to_end;
@@ -115,7 +109,7 @@ struct JoinedOutput {
   throw not_an_export(network, "a DETR",
                       "outputs logits (or pred_logits) and pred_boxes, or one of a linear layer and one of a "
                       "logistic function",
-                      names_of_outputs(network));
+                      tapestry::detail::listed(network.outputs));
 }
 
 /// Queries with logits and a box each, as transformers predict them.
@@ -190,12 +184,9 @@ std::vector<std::string_view> fitting_exports(const nn::NetworkDescription& netw
 
 DetectorDescription named_export(const nn::NetworkDescription& network, std::string_view name,
                                  std::size_t classes, std::size_t size) {
-  if (!is_export_name(name)) {
-    std::string names;
-    for (const std::string_view known : export_names)
-      names += (names.empty() ? "" : ", ") + std::string(known);
-    throw DomainError({"no family of exports is called ", in_quotes(name), "; expected one of ", names});
-  }
+  if (!is_export_name(name))
+    throw DomainError({"no family of exports is called ", in_quotes(name), "; expected one of ",
+                       tapestry::detail::listed(export_names)});
   const auto need_classes = [&] {
     if (classes == 0)
       throw Error(

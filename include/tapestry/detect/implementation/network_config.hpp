@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/finite.hpp>
 #include <tapestry/detect/network_config.hpp>
 #include <tapestry/detect/parameter_layout.hpp>
 

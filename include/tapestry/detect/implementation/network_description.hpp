@@ -5,7 +5,6 @@
 namespace tapestry::detect {
 namespace detail {
 
-/// Writes down one layer after the other.
 template <std::floating_point T>
 class CfgDescriber : DescriptionWriter {
  public:
@@ -39,7 +38,6 @@ class CfgDescriber : DescriptionWriter {
   }
 
  private:
-  /// Values that layer i reads, and their extents.
   [[nodiscard]] std::vector<std::pair<std::string, FeatureShape>> inputs_of(std::size_t i) const {
     std::vector<std::pair<std::string, FeatureShape>> inputs;
     for (const std::size_t input : detect::inputs_of(config_, i))
@@ -130,30 +128,15 @@ class CfgDescriber : DescriptionWriter {
   }
 
   std::string activate(nn::Activation activation, const std::string& value) {
-    using nn::Activation;
-    switch (activation) {
-      case Activation::linear:
-        return value;
-      case Activation::leaky:
-        return add("LeakyRelu", {value}, {{"alpha", 0.1}});
-      case Activation::relu:
-        return add("Relu", {value});
-      case Activation::logistic:
-        return add("Sigmoid", {value});
-      case Activation::swish:
-        return add("Mul", {value, add("Sigmoid", {value})});
-      case Activation::mish:
-        return add("Mish", {value});
-      case Activation::hard_mish:
-        return add("HardMish", {value});
-      case Activation::relu6:
-        return add("Clip", {value, add_number(".least", 0), add_number(".most", 6)});
-      case Activation::elu:
-        return add("Elu", {value});
-      case Activation::tanh:
-        return add("Tanh", {value});
-    }
-    return value;
+    constexpr std::array<const char*, nn::activations.size()> operations{
+        "", "LeakyRelu", "Relu", "Sigmoid", "Mul", "Mish", "HardMish", "Clip", "Elu", "Tanh"};
+    const std::string operation = operations[static_cast<std::size_t>(activation)];
+    if (activation == nn::Activation::linear) return value;
+    if (activation == nn::Activation::leaky) return add(operation, {value}, {{"alpha", 0.1}});
+    if (activation == nn::Activation::swish) return add(operation, {value, add("Sigmoid", {value})});
+    if (activation == nn::Activation::relu6)
+      return add(operation, {value, add_number(".least", 0), add_number(".most", 6)});
+    return add(operation, {value});
   }
 
   std::string pool(const LayerConfig& layer, const std::string& input) {

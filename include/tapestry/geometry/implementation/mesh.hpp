@@ -36,7 +36,6 @@ inline std::vector<std::uint8_t> faces_by_label(const char* operation, const cha
   return selected;
 }
 
-/// Its corners on the sphere of radius 1.
 [[nodiscard]] inline Mesh icosahedron() {
   Mesh mesh;
   const double g = (1 + std::sqrt(5.0)) / 2;  // corners of three golden rectangles

@@ -9,6 +9,26 @@ namespace detail {
 [[nodiscard]] detect::NetworkConfig parse_cfg(std::string_view text, const std::string& name);
 
 inline constexpr std::uint64_t largest_cfg_size = std::uint64_t(4) << 20U;
+
+/// \param input_height  in pixels; 0 takes the cfg's own
+/// \param input_width   likewise
+[[nodiscard]] detect::ParameterLayout layout_of(const detect::NetworkConfig& config,
+                                                std::size_t input_height = 0, std::size_t input_width = 0);
+
+[[nodiscard]] std::string describe(const detect::NetworkConfig& config, const detect::ParameterBlock& block);
+
+/// Throws for the first value that no trained network can hold.
+/// \param begin  of the parameters, bytes into the file, if they lie there one after another
+void check_block(const std::string& path, const detect::NetworkConfig& config,
+                 const detect::ParameterBlock& block, std::span<const float> values,
+                 std::optional<std::uint64_t> begin);
+
+/// Size of the header in bytes. The version decides it and, if that does not fit, the exact size of the file.
+/// A file 4 bytes shorter than its version requires may also be cut; then the upper half of the count is in
+/// the place of the first parameter, and is zero.
+[[nodiscard]] std::uint64_t header_size(const RegularFile& file, const detect::NetworkConfig& config,
+                                        const detect::ParameterLayout& layout, std::uint64_t by_version,
+                                        bool upper_half_is_zero, bool allow_trailing);
 }  // namespace detail
 
 /// Parses a Darknet cfg file of a detector. Its layers are checked against each other at the input size that
@@ -49,30 +69,6 @@ struct WeightFileOptions {
   bool allow_trailing = false;   ///< accept more parameters than the cfg needs (cut backbone files)
   bool allow_nonfinite = false;  ///< accept NaN, infinity and negative variances, to debug them
 };
-
-namespace detail {
-
-/// \param input_height  in pixels; 0 takes the cfg's own
-/// \param input_width   likewise
-[[nodiscard]] detect::ParameterLayout layout_of(const detect::NetworkConfig& config,
-                                                std::size_t input_height = 0, std::size_t input_width = 0);
-
-[[nodiscard]] std::string describe(const detect::NetworkConfig& config, const detect::ParameterBlock& block);
-
-/// Throws for the first value that no trained network can hold.
-/// \param begin  of the parameters, bytes into the file, if they lie there one after another
-void check_block(const std::string& path, const detect::NetworkConfig& config,
-                 const detect::ParameterBlock& block, std::span<const float> values,
-                 std::optional<std::uint64_t> begin);
-
-/// Size of the header in bytes. The version decides it and, if that does not fit, the exact size of the file.
-/// A file 4 bytes shorter than its version requires may also be cut; then the upper half of the count is in
-/// the place of the first parameter, and is zero.
-[[nodiscard]] std::uint64_t header_size(const RegularFile& file, const detect::NetworkConfig& config,
-                                        const detect::ParameterLayout& layout, std::uint64_t by_version,
-                                        bool upper_half_is_zero, bool allow_trailing);
-
-}  // namespace detail
 
 /// Reads a weight file that must have exactly the parameters of `config`; the file's size is checked first.
 /// Takes memory of at most 2 times the file and 1 MiB.

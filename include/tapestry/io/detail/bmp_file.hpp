@@ -1,5 +1,4 @@
 #pragma once
-#include <bit>
 #include <tapestry/io/image_file.hpp>
 
 namespace tapestry::io {
@@ -53,7 +52,6 @@ inline std::vector<std::uint8_t> unpacked_bmp_runs(std::string_view runs, std::s
   return rows >= height || (rows + 1 == height && x >= width) ? indices : std::vector<std::uint8_t>{};
 }
 
-/// Reads the headers of a BMP, then its rows.
 class BmpReader {
  public:
   BmpReader(std::string_view file, const std::string& path) : file_(file), path_(path) {}

@@ -12,31 +12,24 @@ class ExifReader {
 
   /// The orientation of the first picture; 1 if the block states no valid one.
   [[nodiscard]] int orientation() const {
-    const std::size_t value = short_value(number(4, 4), 0x0112);
+    const std::size_t value = value_of(number(4, 4), 0x0112, 3);
     return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
   }
 
   /// Focal length of the lens as if on 35 mm film, mm; 0 if the block does not state it.
   [[nodiscard]] std::size_t focal_length_35mm() const {
-    return short_value(long_value(number(4, 4), 0x8769), 0xA405);
+    return value_of(value_of(number(4, 4), 0x8769, 4), 0xA405, 3);
   }
 
  private:
-  [[nodiscard]] std::size_t short_value(std::size_t directory, std::size_t tag) const {
-    return value_of(directory, tag, 3, 2);
-  }
-  [[nodiscard]] std::size_t long_value(std::size_t directory, std::size_t tag) const {
-    return value_of(directory, tag, 4, 4);
-  }
-
-  /// The first value of this tag and type in a directory; 0 if there is none.
-  [[nodiscard]] std::size_t value_of(std::size_t directory, std::size_t tag, std::size_t type,
-                                     std::size_t bytes) const {
+  /// The first value of this tag and type, 3 (two bytes) or 4 (four), in a directory; 0 if there is none.
+  [[nodiscard]] std::size_t value_of(std::size_t directory, std::size_t tag, std::size_t type) const {
     if (directory == 0 || (!is_little_ && !tiff_.starts_with("MM"))) return 0;
     const std::size_t entries = number(directory, 2);
     for (std::size_t i = 0; i < entries && directory + 2 + 12 * i + 12 <= tiff_.size(); ++i) {
       const std::size_t entry = directory + 2 + 12 * i;
-      if (number(entry, 2) == tag && number(entry + 2, 2) == type) return number(entry + 8, bytes);
+      if (number(entry, 2) == tag && number(entry + 2, 2) == type)
+        return number(entry + 8, type == 3 ? 2 : 4);
     }
     return 0;
   }

@@ -35,15 +35,6 @@ template <std::unsigned_integral Word>
   return std::bit_cast<float>(little_endian_word<std::uint32_t>(bytes));
 }
 
-/// Little-endian IEEE 754 binary64, rounded to the nearest float, or to infinity beyond the largest.
-[[nodiscard]] inline float float_from_f64(const std::byte* bytes) {
-  const auto value = std::bit_cast<double>(little_endian_word<std::uint64_t>(bytes));
-  constexpr double beyond = 0x1.FFFFFFp127;  // the smallest that rounds to 2¹²⁸
-  if (value >= beyond) return std::numeric_limits<float>::infinity();
-  if (value <= -beyond) return -std::numeric_limits<float>::infinity();
-  return static_cast<float>(value);
-}
-
 /// Little-endian bfloat16, the upper half of a binary32; exact.
 [[nodiscard]] inline float float_from_bf16(const std::byte* bytes) {
   return std::bit_cast<float>(static_cast<std::uint32_t>(little_endian_word<std::uint16_t>(bytes)) << 16U);

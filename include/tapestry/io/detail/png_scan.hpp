@@ -1,7 +1,6 @@
 #pragma once
 #include <zlib.h>
 
-#include <new>
 #include <tapestry/io/detail/exif.hpp>
 #include <tapestry/io/file_source.hpp>
 

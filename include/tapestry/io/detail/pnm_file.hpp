@@ -62,15 +62,7 @@ class PnmHeader {
   const std::string& path_;
   std::size_t at_ = 2;
 };
-}  // namespace detail
 
-/// Whether a file is a PBM, PGM or PPM, plain or binary, by its first bytes.
-[[nodiscard]] inline bool is_pnm(std::string_view file) {
-  return file.size() > 2 && file[0] == 'P' && file[1] >= '1' && file[1] <= '6' &&
-         std::string_view(" \t\n\v\f\r#").find(file[2]) != std::string_view::npos;
-}
-
-namespace detail {
 /// Samples of a binary picture: bits of rows that fill whole bytes, 8 bits, or 16 from the upper byte on.
 inline void read_binary_samples(std::string_view file, const PnmHeader& header, PictureSamples& picture) {
   const std::size_t begin = header.samples_at(), row_values = picture.width * picture.channels;
@@ -103,6 +95,12 @@ inline void read_plain_samples(bool is_bits, PnmHeader& header, PictureSamples& 
   }
 }
 }  // namespace detail
+
+/// Whether a file is a PBM, PGM or PPM, plain or binary, by its first bytes.
+[[nodiscard]] inline bool is_pnm(std::string_view file) {
+  return file.size() > 2 && file[0] == 'P' && file[1] >= '1' && file[1] <= '6' &&
+         std::string_view(" \t\n\v\f\r#").find(file[2]) != std::string_view::npos;
+}
 
 /// Decodes a PBM (P1, P4), PGM (P2, P5) or PPM (P3, P6), plain or binary, of up to 16 bits; of several
 /// pictures in a file, the first. Implemented here instead of by stb, which does not scale samples whose

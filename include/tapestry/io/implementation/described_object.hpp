@@ -24,12 +24,10 @@ class DescribedObject {
 
   /// Refuses other members.
   void require_keys(std::initializer_list<std::string_view> keys) const {
-    std::string known;
-    for (const auto key : keys) known += (known.empty() ? "" : ", ") + std::string(key);
     for (const auto& member : value_.items())
       if (std::ranges::find(keys, member.key()) == keys.end())
-        fail(member.key(), "unknown key" + (name_.empty() ? "" : " of " + in_quotes(name_)), known,
-             in_quotes(member.key()));
+        fail(member.key(), "unknown key" + (name_.empty() ? "" : " of " + in_quotes(name_)),
+             tapestry::detail::listed(keys), in_quotes(member.key()));
   }
 
   [[nodiscard]] bool has(const char* key) const { return value_.contains(key); }
@@ -50,7 +48,6 @@ class DescribedObject {
     return member(key).get<std::string>();
   }
 
-  /// The value of that key's word, parsed by `by_name`.
   template <class ByName>
   [[nodiscard]] auto named(const char* key, const std::string& expected, ByName by_name) const {
     try {

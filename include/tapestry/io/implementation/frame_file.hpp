@@ -73,7 +73,6 @@ void visit_members(const Frame& frame, Add add) {
   }
 }
 
-/// The same for the label.
 template <class Add>
 void visit_label(const Frame& frame, Add add) {
   if (!frame.label) return;

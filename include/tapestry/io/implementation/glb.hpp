@@ -1,5 +1,4 @@
 #pragma once
-#include <bit>
 #include <tapestry/core/finite.hpp>
 #include <tapestry/io/json.hpp>
 #include <tapestry/io/mesh_writers.hpp>
@@ -58,7 +57,6 @@ class GlbBuilder {
                                               {"material", material}});
   }
 
-  /// The whole file.
   [[nodiscard]] std::string file(const std::string& path) {
     json_["asset"] = {{"version", "2.0"}, {"generator", "tapestry"}};
     json_["scene"] = 0;
@@ -132,7 +130,6 @@ class GlbBuilder {
     return append(json_["bufferViews"], std::move(view));
   }
 
-  /// \param bounds  further members
   std::size_t add_accessor(std::size_t view, int component, std::size_t count, const char* type,
                            nlohmann::json bounds = nlohmann::json::object()) {
     bounds.update({{"bufferView", view}, {"componentType", component}, {"count", count}, {"type", type}});

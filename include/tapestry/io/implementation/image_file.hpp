@@ -2,7 +2,6 @@
 #include <tapestry/image/batch.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/detail/bmp_file.hpp>
-#include <tapestry/io/detail/png_scan.hpp>
 #include <tapestry/io/detail/pnm_file.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/jpeg_file.hpp>

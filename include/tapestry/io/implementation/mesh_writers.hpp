@@ -20,11 +20,7 @@ inline void append_vertex(std::string& text, const geometry::Mesh& mesh, std::si
   append_record(text, "v", mesh.positions[vertex]);
   if (mesh.vertex_colours.empty()) return;
   text.pop_back();
-  for (const float channel : mesh.vertex_colours.at(vertex)) {
-    text += ' ';
-    append_number(text, channel);
-  }
-  text += '\n';
+  append_numbers(text, mesh.vertex_colours.at(vertex));
 }
 
 inline void append_face(std::string& text, const geometry::Mesh& mesh, std::size_t face) {
@@ -82,12 +78,7 @@ inline std::string mtl_text(const geometry::Mesh& mesh, const std::string& textu
   constexpr std::array<float, 3> white{1, 1, 1};  // many viewers multiply a picture by Kd
   std::string text;
   const auto add = [&](const std::string& name, const std::array<float, 3>& colour, const std::string& file) {
-    text += "newmtl " + name + "\nKd";
-    for (const float channel : colour) {
-      text += ' ';
-      append_number(text, channel);
-    }
-    text += '\n';
+    append_numbers(text += "newmtl " + name + "\nKd", colour);
     if (!file.empty()) text += "map_Kd " + file + "\n";
   };
   bool has_none = false;

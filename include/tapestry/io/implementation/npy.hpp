@@ -5,7 +5,6 @@
 namespace tapestry::io {
 namespace detail {
 
-/// Reverses the bytes of every element.
 inline void swap_bytes(std::vector<std::uint8_t>& bytes, std::size_t item) {
   for (std::size_t i = 0; i + item <= bytes.size(); i += item) {
     std::reverse(bytes.begin() + static_cast<std::ptrdiff_t>(i),
@@ -70,8 +69,7 @@ NpzFile NpzFile::parse(std::string_view bytes, const std::string& path, const Zi
 const NpyArray& NpzFile::get(std::string_view name) const {
   const NpyArray* array = find(name);
   if (array != nullptr) return *array;
-  std::string list;
-  for (const auto& other : names_) list += (list.empty() ? "" : ", ") + other;
+  const std::string list = tapestry::detail::listed(names_);
   throw FileError(ErrorKind::mismatch, {path_, "", "member '" + std::string(name) + "' is missing",
                                         std::string(name), list.empty() ? "no arrays" : list});
 }

@@ -79,9 +79,7 @@ template <std::floating_point T>
 
 /// The names of families that a network's layers fit, for messages.
 [[nodiscard]] inline std::string fitting_words(const nn::NetworkDescription& network, std::size_t size) {
-  std::string words;
-  for (const std::string_view name : detect::fitting_exports(network, size))
-    words += (words.empty() ? "" : ", ") + std::string(name);
+  const std::string words = tapestry::detail::listed(detect::fitting_exports(network, size));
   return words.empty() ? "its layers fit no family that --detector names"
                        : "its layers fit --detector " + words;
 }
@@ -99,7 +97,6 @@ template <std::floating_point T>
   return description;
 }
 
-/// A description, and its source.
 struct SourcedDescription {
   detect::DetectorDescription description{};
   std::string source{};
@@ -124,7 +121,6 @@ struct SourcedDescription {
   return found;
 }
 
-/// Description of an ONNX model.
 [[nodiscard]] inline SourcedDescription description_for(const DetectorFiles& files,
                                                         const nn::NetworkDescription& network,
                                                         std::vector<std::string>* warnings) {

@@ -35,7 +35,6 @@ class U2NetWriter {
   }
 
  private:
-  /// A value with its channels.
   struct Map {
     std::string name;
     std::size_t channels;

@@ -1,5 +1,4 @@
 #pragma once
-#include <memory>
 #include <tapestry/autodiff/detail/tape/tape_state.hpp>
 #include <tapestry/core/array.hpp>
 

@@ -71,15 +71,8 @@ template <class Compare>
 struct Comparison {
   static constexpr bool is_cheap = true;
   static constexpr bool has_no_derivative = true;
-  static auto value(auto x, auto y) { return Compare::holds(x, y) ? decltype(x)(1) : decltype(x)(0); }
+  static auto value(auto x, auto y) { return Compare()(x, y) ? decltype(x)(1) : decltype(x)(0); }
 };
-struct LessThan {
-  static bool holds(auto x, auto y) { return x < y; }
-};
-struct LessEqual {
-  static bool holds(auto x, auto y) { return x <= y; }
-};
-
 /// x / divisor; its derivative is one division for all elements.
 template <class T>
 struct DivideByNumber {
@@ -127,8 +120,7 @@ template <class X, class Y>
 requires detail::ArrayPair<X, Y>
 [[nodiscard]] auto operator*(X&& x, Y&& y) { return detail::array_binary<detail::Times>("operator*", x, y); }
 
-template <class X, class Y>
-requires detail::ArrayPair<X, Y>
+template <class X, detail::ArrayPair<X> Y>
 [[nodiscard]] auto operator/(X&& x, Y&& y) {
   if constexpr (Number<Y>) {
     using T = detail::ArrayScalarType<X>;
@@ -139,25 +131,21 @@ requires detail::ArrayPair<X, Y>
 }
 
 /// 1 where x < y and 0 elsewhere, without a derivative: a mask for where().
-template <class X, class Y>
-requires detail::ArrayPair<X, Y>
+template <class X, detail::ArrayPair<X> Y>
 [[nodiscard]] auto operator<(X&& x, Y&& y) {
-  return detail::array_binary<detail::Comparison<detail::LessThan>>("operator<", x, y);
+  return detail::array_binary<detail::Comparison<std::less<>>>("operator<", x, y);
 }
-template <class X, class Y>
-requires detail::ArrayPair<X, Y>
+template <class X, detail::ArrayPair<X> Y>
 [[nodiscard]] auto operator<=(X&& x, Y&& y) {
-  return detail::array_binary<detail::Comparison<detail::LessEqual>>("operator<=", x, y);
+  return detail::array_binary<detail::Comparison<std::less_equal<>>>("operator<=", x, y);
 }
-template <class X, class Y>
-requires detail::ArrayPair<X, Y>
+template <class X, detail::ArrayPair<X> Y>
 [[nodiscard]] auto operator>(X&& x, Y&& y) {
-  return detail::array_binary<detail::Comparison<detail::LessThan>>("operator>", y, x);
+  return detail::array_binary<detail::Comparison<std::less<>>>("operator>", y, x);
 }
-template <class X, class Y>
-requires detail::ArrayPair<X, Y>
+template <class X, detail::ArrayPair<X> Y>
 [[nodiscard]] auto operator>=(X&& x, Y&& y) {
-  return detail::array_binary<detail::Comparison<detail::LessEqual>>("operator>=", y, x);
+  return detail::array_binary<detail::Comparison<std::less_equal<>>>("operator>=", y, x);
 }
 
 /// Marks x as constant in a formula, at compile time: it costs no pullback at all, while a variable that

@@ -4,7 +4,6 @@
 namespace tapestry {
 namespace detail {
 
-/// \throws ShapeError unless extents hold `count` elements
 template <std::size_t Rank>
 void require_count(const char* operation, std::size_t count, const Extents<Rank>& extents) {
   if (count_of(extents) != count)

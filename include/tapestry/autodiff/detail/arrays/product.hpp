@@ -1,7 +1,8 @@
 #pragma once
 #include <tapestry/autodiff/detail/arrays/elementwise.hpp>
 
-namespace tapestry::detail {
+namespace tapestry {
+namespace detail {
 
 /// c[rows, columns] += a · b[depth, columns], b and c row-major; a(i, k) is at i · row_step + k · depth_step.
 template <class T>
@@ -98,11 +99,6 @@ template <class T>
   return turned;
 }
 
-}  // namespace tapestry::detail
-
-namespace tapestry {
-namespace detail {
-
 /// c[m, n] += a[m, k] · b[k, n]
 template <class T>
 void add_product(const Array<T, 2>& a, const Array<T, 2>& b, Array<T, 2>& c) {
@@ -161,8 +157,7 @@ template <class T>
 /// a · b of [M, K] and [K, N], giving [M, N]; one is an array variable or a formula, the other may be a plain
 /// array. In one thread.
 /// \throws ShapeError if the inner extents differ
-template <class A, class B>
-requires detail::ArrayPair<A, B>
+template <class A, detail::ArrayPair<A> B>
 [[nodiscard]] auto matmul(const A& a, const B& b) {
   using T = detail::ArrayScalarType<std::conditional_t<DifferentiableArray<A>, A, B>>;
   return detail::matmul_of<T>(ArrayVariable<T, 2>(a), ArrayVariable<T, 2>(b));

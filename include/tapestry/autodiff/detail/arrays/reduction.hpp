@@ -17,8 +17,7 @@ template <DifferentiableArray X>
 }
 
 /// Σ x·y over all elements, added in double. \throws ShapeError if extents do not go together
-template <class X, class Y>
-requires detail::ArrayPair<X, Y>
+template <class X, detail::ArrayPair<X> Y>
 [[nodiscard]] auto dot(const X& x, const Y& y) {
   return detail::evaluate_sum(detail::array_binary<detail::Times>("dot", x, y));
 }
@@ -82,6 +81,51 @@ template <Exponential Policy, class T>
   for (std::size_t i = 0; i < count; ++i) weights[i * step] *= share;
   return std::isinf(top) ? top : top + static_cast<T>(std::log(sum.total()));
 }
+
+/// Calls visit(first element of a line, its number), for the lines along an axis.
+template <class Visit>
+void for_each_line(const AxisLayout& layout, Visit visit) {
+  for (std::size_t o = 0; o < layout.outer; ++o)
+    for (std::size_t k = 0; k < layout.inner; ++k)
+      visit(o * layout.count * layout.inner + k, o * layout.inner + k);
+}
+
+/// x̄ᵢ += yᵢ·(ḡᵢ − Σ ḡⱼ·yⱼ) of a line of the softmax y, summed in double. The ḡ of the largest yₘ is
+/// subtracted from all, so that 1 − yₘ keeps its digits as yₘ nears 1.
+template <class T>
+void pull_back_softmax_line(const T* g, const T* y, T* x_adjoint, std::size_t count, std::size_t step) {
+  std::size_t top = 0;
+  for (std::size_t i = 1; i < count; ++i)
+    if (y[i * step] > y[top * step]) top = i;
+  const auto beyond_top = [=](std::size_t i) {
+    return i == top ? 0 : static_cast<double>(g[i * step]) - static_cast<double>(g[top * step]);
+  };
+  double mean = 0;
+  for (std::size_t i = 0; i < count; ++i) mean += chain(beyond_top(i), static_cast<double>(y[i * step]));
+  for (std::size_t i = 0; i < count; ++i)
+    x_adjoint[i * step] += chain(static_cast<T>(beyond_top(i) - mean), y[i * step]);
+}
+
+/// Whether a is better than b; a NaN is the best of all.
+template <class T>
+[[nodiscard]] bool is_beyond(bool is_further, T a, T b) {
+  return b == b && (is_further || a != a);
+}
+
+/// The element that is better than all before it and no worse than all behind it.
+/// \throws ShapeError if there are none
+template <class T, std::size_t Rank, class Better>
+[[nodiscard]] Variable<T> extreme(const char* operation, const ArrayVariable<T, Rank>& x, Better is_better) {
+  if (x.size() == 0) throw ShapeError({operation, ": the array has no elements"});
+  const T* const elements = x.value().data();
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < x.size(); ++i)
+    if (is_better(elements[i], elements[best])) best = i;
+  const auto pullback = [best](T value_adjoint, Array<T, Rank>* x_adjoint) {
+    x_adjoint->data()[best] += value_adjoint;
+  };
+  return record_scalar(elements[best], CarriesTangents{pullback}, x);
+}
 }  // namespace detail
 
 /// log Σ exp x over all elements, without overflow; −∞ for none. The derivatives are the softmax of x; where
@@ -128,16 +172,6 @@ template <DifferentiableArray X>
   return record_array(std::move(value), pullback, variable);
 }
 
-namespace detail {
-/// Calls visit(first element of a line, its number), for the lines along an axis.
-template <class Visit>
-void for_each_line(const AxisLayout& layout, Visit visit) {
-  for (std::size_t o = 0; o < layout.outer; ++o)
-    for (std::size_t k = 0; k < layout.inner; ++k)
-      visit(o * layout.count * layout.inner + k, o * layout.inner + k);
-}
-}  // namespace detail
-
 /// log Σ exp along one axis, which is dropped; each line as logsumexp().
 /// \throws ShapeError if there is no such axis
 template <Exponential Policy = Exponential::vector, DifferentiableArray X>
@@ -164,24 +198,6 @@ template <Exponential Policy = Exponential::vector, DifferentiableArray X>
   };
   return record_array(std::move(value), pullback, variable);
 }
-
-namespace detail {
-/// x̄ᵢ += yᵢ·(ḡᵢ − Σ ḡⱼ·yⱼ) of a line of the softmax y, summed in double. The ḡ of the largest yₘ is
-/// subtracted from all, so that 1 − yₘ keeps its digits as yₘ nears 1.
-template <class T>
-void pull_back_softmax_line(const T* g, const T* y, T* x_adjoint, std::size_t count, std::size_t step) {
-  std::size_t top = 0;
-  for (std::size_t i = 1; i < count; ++i)
-    if (y[i * step] > y[top * step]) top = i;
-  const auto beyond_top = [=](std::size_t i) {
-    return i == top ? 0 : static_cast<double>(g[i * step]) - static_cast<double>(g[top * step]);
-  };
-  double mean = 0;
-  for (std::size_t i = 0; i < count; ++i) mean += chain(beyond_top(i), static_cast<double>(y[i * step]));
-  for (std::size_t i = 0; i < count; ++i)
-    x_adjoint[i * step] += chain(static_cast<T>(beyond_top(i) - mean), y[i * step]);
-}
-}  // namespace detail
 
 /// exp x / Σ exp along one axis, without overflow. The pullback, y·(g − Σ g·y), sums in double.
 /// \throws ShapeError if there is no such axis
@@ -234,29 +250,6 @@ template <DifferentiableArray X>
   };
   return record_scalar(static_cast<T>(length * scale), pullback, variable);
 }
-
-namespace detail {
-/// Whether a is better than b; a NaN is the best of all.
-template <class T>
-[[nodiscard]] bool is_beyond(bool is_further, T a, T b) {
-  return b == b && (is_further || a != a);
-}
-
-/// The element that is better than all before it and no worse than all behind it.
-/// \throws ShapeError if there are none
-template <class T, std::size_t Rank, class Better>
-[[nodiscard]] Variable<T> extreme(const char* operation, const ArrayVariable<T, Rank>& x, Better is_better) {
-  if (x.size() == 0) throw ShapeError({operation, ": the array has no elements"});
-  const T* const elements = x.value().data();
-  std::size_t best = 0;
-  for (std::size_t i = 1; i < x.size(); ++i)
-    if (is_better(elements[i], elements[best])) best = i;
-  const auto pullback = [best](T value_adjoint, Array<T, Rank>* x_adjoint) {
-    x_adjoint->data()[best] += value_adjoint;
-  };
-  return record_scalar(elements[best], CarriesTangents{pullback}, x);
-}
-}  // namespace detail
 
 /// The largest element as a scalar: the first of several equal ones, or the first NaN. Its adjoint goes to
 /// that element, as if it were x[i]. At a tie max() shares the adjoint. That would take a second pass here,

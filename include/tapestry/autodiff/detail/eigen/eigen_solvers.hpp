@@ -57,7 +57,6 @@ class GeneralTurn {
   using ComplexNumber = std::complex<T>;
 
  public:
-  /// \param a  [N, N]
   template <class Matrix, class Solver>
   GeneralTurn(const Matrix& a, const Solver& solver)
       : values_(solver.eigenvalues()), vectors_(solver.eigenvectors()), turn_(2 * a.rows(), a.rows()) {
@@ -110,8 +109,7 @@ class EigenSolver;
 /// Eigenvalues and vectors of a symmetric matrix of variables, with the values of Eigen's own solver. Where
 /// values are equal, their derivatives follow one choice of vectors: right for symmetric functions of all
 /// equal values. Derivatives of their vectors are infinite or NaN.
-template <class Matrix>
-requires tapestry::Differentiable<typename Matrix::Scalar>
+template <tapestry::detail::MatrixOfDifferentiable Matrix>
 class SelfAdjointEigenSolver<Matrix> {
  public:
   using MatrixType = Matrix;
@@ -167,8 +165,7 @@ class SelfAdjointEigenSolver<Matrix> {
 /// Derivatives of a vector keep its length and its phase. Where values are equal, their derivatives follow
 /// one choice of vectors: right for symmetric functions of all equal values, or infinite or NaN where the
 /// matrix has fewer vectors than values; derivatives of their vectors are infinite or NaN.
-template <class Matrix>
-requires tapestry::Differentiable<typename Matrix::Scalar>
+template <tapestry::detail::MatrixOfDifferentiable Matrix>
 class EigenSolver<Matrix> {
  public:
   using MatrixType = Matrix;

@@ -29,8 +29,7 @@ namespace Eigen {
 
 /// Part of a vector of variables, as Eigen's own. Its decompositions make their reflections of such parts;
 /// see tapestry::detail::reflect_axis().
-template <class Vector, int Size>
-requires tapestry::detail::HasDerivatives<typename Vector::Scalar>
+template <tapestry::detail::MatrixOfDerivatives Vector, int Size>
 class VectorBlock<Vector, Size>
     : public Block<Vector, (internal::traits<Vector>::Flags & RowMajorBit) != 0 ? 1 : Size,
                    (internal::traits<Vector>::Flags & RowMajorBit) != 0 ? Size : 1> {
@@ -55,10 +54,8 @@ template <class Matrix, int Size, bool IsComplex>
 struct tridiagonalization_inplace_selector;
 
 /// Computes three rows as any other size: Eigen's own form for three drops derivatives of an entry that is 0.
-template <class Matrix>
-requires tapestry::Differentiable<typename Matrix::Scalar>
+template <tapestry::detail::MatrixOfDifferentiable Matrix>
 struct tridiagonalization_inplace_selector<Matrix, 3, false>
-    : tridiagonalization_inplace_selector<Matrix, Dynamic, false> {
-};
+    : tridiagonalization_inplace_selector<Matrix, Dynamic, false> {};
 }  // namespace internal
 }  // namespace Eigen

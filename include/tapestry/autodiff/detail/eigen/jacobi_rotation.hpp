@@ -6,8 +6,7 @@ template <class Scalar>
 class JacobiRotation;
 
 /// Rotation [c s; −s c] of variables, as Eigen's own. Eigen's rotation drops derivatives of an entry 0.
-template <class S>
-requires tapestry::Differentiable<S>
+template <tapestry::Differentiable S>
 class JacobiRotation<S> {
  public:
   using RealScalar = S;

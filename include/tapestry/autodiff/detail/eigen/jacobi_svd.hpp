@@ -47,8 +47,7 @@ namespace Eigen {
 /// values are equal, their derivatives follow one choice of vectors: right for symmetric functions of all
 /// equal values. Derivatives of their vectors are infinite or NaN, and so are those for a value 0. A value 0
 /// has the slope of one side.
-template <class Matrix, int Preconditioner>
-requires tapestry::Differentiable<typename Matrix::Scalar>
+template <tapestry::detail::MatrixOfDifferentiable Matrix, int Preconditioner>
 class JacobiSVD<Matrix, Preconditioner> {
  public:
   using MatrixType = Matrix;
@@ -104,8 +103,7 @@ class JacobiSVD<Matrix, Preconditioner> {
 };
 
 /// The same.
-template <class Matrix>
-requires tapestry::Differentiable<typename Matrix::Scalar>
+template <tapestry::detail::MatrixOfDifferentiable Matrix>
 class BDCSVD<Matrix> : public JacobiSVD<Matrix> {
  public:
   using JacobiSVD<Matrix>::JacobiSVD;

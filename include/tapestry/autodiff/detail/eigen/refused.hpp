@@ -21,8 +21,7 @@ class IterativeSolverBase;
 template <class Matrix, class Ordering>
 class SparseQR;
 
-template <class Matrix>
-requires tapestry::Differentiable<typename Matrix::Scalar>
+template <tapestry::detail::MatrixOfDifferentiable Matrix>
 class RealSchur<Matrix> {
   static_assert(tapestry::detail::is_right_for_variables<Matrix>,
                 "Eigen's Schur and QZ decompositions drop derivatives of variables where an entry is 0: take "
@@ -32,13 +31,11 @@ class RealSchur<Matrix> {
   template <class... Arguments>
   explicit RealSchur(const Arguments&...) {}
 };
-template <class Matrix>
-requires tapestry::Differentiable<typename Matrix::Scalar>
+template <tapestry::detail::MatrixOfDifferentiable Matrix>
 class RealQZ<Matrix> : public RealSchur<Matrix> {
   using RealSchur<Matrix>::RealSchur;
 };
-template <class Matrix>
-requires tapestry::detail::HasDerivatives<typename Matrix::Scalar>
+template <tapestry::detail::MatrixOfDerivatives Matrix>
 class ComplexSchur<Matrix> {
   static_assert(
       tapestry::detail::is_right_for_variables<Matrix>,
@@ -65,8 +62,7 @@ class IterativeSolverBase<Solver> {
   int matrix() const { return 0; }
   int m_error, m_iterations, m_info, m_isInitialized;
 };
-template <class Matrix, class Ordering>
-requires tapestry::detail::HasDerivatives<typename Matrix::Scalar>
+template <tapestry::detail::MatrixOfDerivatives Matrix, class Ordering>
 class SparseQR<Matrix, Ordering> {
   static_assert(tapestry::detail::is_right_for_variables<Matrix>,
                 "Eigen's SparseQR drops derivatives of variables where an entry is 0: take "
@@ -83,8 +79,7 @@ struct sparse_solve_triangular_sparse_selector;
 template <class Scalar, class StorageIndex>
 class AmbiVector;
 
-template <class Left, class Right, int Mode, int UpLo>
-requires tapestry::detail::HasDerivatives<typename Right::Scalar>
+template <class Left, tapestry::detail::MatrixOfDerivatives Right, int Mode, int UpLo>
 struct sparse_solve_triangular_sparse_selector<Left, Right, Mode, UpLo, ColMajor> {
   static_assert(
       tapestry::detail::is_right_for_variables<Left>,
@@ -92,8 +87,7 @@ struct sparse_solve_triangular_sparse_selector<Left, Right, Mode, UpLo, ColMajor
       "one");
   static void run(const Left&, const Right&) {}
 };
-template <class Scalar, class StorageIndex>
-requires tapestry::detail::HasDerivatives<Scalar>
+template <tapestry::detail::HasDerivatives Scalar, class StorageIndex>
 class AmbiVector<Scalar, StorageIndex> {
   static_assert(
       tapestry::detail::is_right_for_variables<Scalar>,

@@ -44,13 +44,11 @@ struct SparseViewOfVariables : evaluator_base<SparseView<Matrix>> {
   const XprType& view;
 };
 
-template <class Matrix>
-requires tapestry::Differentiable<typename Matrix::Scalar>
+template <tapestry::detail::MatrixOfDifferentiable Matrix>
 struct unary_evaluator<SparseView<Matrix>, IndexBased> : SparseViewOfVariables<Matrix, IndexBased> {
   using SparseViewOfVariables<Matrix, IndexBased>::SparseViewOfVariables;
 };
-template <class Matrix>
-requires tapestry::Differentiable<typename Matrix::Scalar>
+template <tapestry::detail::MatrixOfDifferentiable Matrix>
 struct unary_evaluator<SparseView<Matrix>, IteratorBased> : SparseViewOfVariables<Matrix, IteratorBased> {
   using SparseViewOfVariables<Matrix, IteratorBased>::SparseViewOfVariables;
 };

@@ -7,9 +7,10 @@
 
 namespace tapestry::detail {
 
-/// A variable, a dual, or a complex number of these.
 template <class S>
 concept HasDerivatives = Differentiable<S> || ComplexOfDifferentiable<S>;
+template <class M>
+concept MatrixOfDerivatives = HasDerivatives<typename M::Scalar>;
 
 /// Whether a number is 0 and carries no derivatives: products with it are left out.
 template <HasDerivatives S>
@@ -105,24 +106,16 @@ namespace Eigen::internal {
 template <class Lhs, class Rhs, int Mode, int UpLo, int Order>
 struct sparse_solve_triangular_selector;
 
-template <class Left, class Right, class Index, int Mode, bool Conjugate>
-requires tapestry::detail::HasDerivatives<Right>
+template <class Left, tapestry::detail::HasDerivatives Right, class Index, int Mode, bool Conjugate>
 struct triangular_solve_vector<Left, Right, Index, OnTheLeft, Mode, Conjugate, RowMajor>
-    : tapestry::detail::TriangularSolve<Left, Right, Mode, Conjugate, RowMajor> {
-};
-template <class Left, class Right, class Index, int Mode, bool Conjugate>
-requires tapestry::detail::HasDerivatives<Right>
+    : tapestry::detail::TriangularSolve<Left, Right, Mode, Conjugate, RowMajor> {};
+template <class Left, tapestry::detail::HasDerivatives Right, class Index, int Mode, bool Conjugate>
 struct triangular_solve_vector<Left, Right, Index, OnTheLeft, Mode, Conjugate, ColMajor>
-    : tapestry::detail::TriangularSolve<Left, Right, Mode, Conjugate, ColMajor> {
-};
-template <class Left, class Right, int Mode>
-requires tapestry::detail::HasDerivatives<typename Right::Scalar>
+    : tapestry::detail::TriangularSolve<Left, Right, Mode, Conjugate, ColMajor> {};
+template <class Left, tapestry::detail::MatrixOfDerivatives Right, int Mode>
 struct sparse_solve_triangular_selector<Left, Right, Mode, Lower, ColMajor>
-    : tapestry::detail::SparseTriangularSolve<Left, Right, Mode> {
-};
-template <class Left, class Right, int Mode>
-requires tapestry::detail::HasDerivatives<typename Right::Scalar>
+    : tapestry::detail::SparseTriangularSolve<Left, Right, Mode> {};
+template <class Left, tapestry::detail::MatrixOfDerivatives Right, int Mode>
 struct sparse_solve_triangular_selector<Left, Right, Mode, Upper, ColMajor>
-    : tapestry::detail::SparseTriangularSolve<Left, Right, Mode> {
-};
+    : tapestry::detail::SparseTriangularSolve<Left, Right, Mode> {};
 }  // namespace Eigen::internal

@@ -51,6 +51,15 @@ struct Negate {
   static auto value(const auto& x) { return -x; }
   static auto partial(auto x, auto) { return decltype(x)(-1); }
 };
+
+/// std::complex of variables or duals; it need not be included.
+template <class Z>
+concept ComplexOfDifferentiable = Differentiable<typename Z::value_type> && requires(const Z& z) {
+  { Z(z.real(), z.imag()).real() } -> std::same_as<typename Z::value_type>;
+};
+
+template <class M>
+concept MatrixOfDifferentiable = Differentiable<typename M::Scalar>;
 }  // namespace detail
 
 template <class X, class Y>
@@ -68,14 +77,6 @@ requires detail::FormulaOperands<X, Y>
 template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 [[nodiscard]] auto operator/(const X& x, const Y& y) { return detail::make_binary<detail::Divide>(x, y); }
-
-namespace detail {
-/// std::complex of variables or duals; it need not be included.
-template <class Z>
-concept ComplexOfDifferentiable = Differentiable<typename Z::value_type> && requires(const Z& z) {
-  { Z(z.real(), z.imag()).real() } -> std::same_as<typename Z::value_type>;
-};
-}  // namespace detail
 
 // Complex numbers beside plain ones.
 template <detail::ComplexOfDifferentiable Z, Number N>
@@ -125,16 +126,14 @@ std::basic_ostream<Character, Traits>& operator<<(std::basic_ostream<Character, 
 }
 
 /// Comparisons look at the values only.
-template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
+template <class X, detail::FormulaOperands<X> Y>
 [[nodiscard]] std::partial_ordering operator<=>(const X& x, const Y& y) {
   using T = detail::Base<detail::ScalarOf<X, Y>>;
   return detail::value_of<T>(x) <=> detail::value_of<T>(y);
 }
 
 // These alone need one comparison of numbers; by operator<=> they would take two.
-template <class X, class Y>
-requires detail::FormulaOperands<X, Y>
+template <class X, detail::FormulaOperands<X> Y>
 [[nodiscard]] bool operator<(const X& x, const Y& y) {
   using T = detail::Base<detail::ScalarOf<X, Y>>;
   return detail::value_of<T>(x) < detail::value_of<T>(y);

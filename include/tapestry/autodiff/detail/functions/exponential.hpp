@@ -122,8 +122,7 @@ template <int = 0, detail::Argument X>
 
 /// log(exp(x) + exp(y)), near its zeros to ε of the arguments. The derivatives are the softmax of (x, y);
 /// equal infinities share 1 equally.
-template <int = 0, class X, class Y>
-requires detail::Arguments<X, Y>
+template <int = 0, class X, detail::Arguments<X> Y>
 [[nodiscard]] auto logsumexp(const X& x, const Y& y) {
   return detail::make_binary<detail::LogSumExp>(x, y, "logsumexp");
 }

@@ -156,6 +156,18 @@ template <int N>
     return (N % 2 == 0 ? mirrored : -mirrored) - pi * cot_pi_derivative<N>(x);
   }
 }
+
+/// Γ′ = Γ · ψ.
+template <std::floating_point T>
+[[nodiscard]] T gamma_derivative(T x) {
+  if (x <= 0 || !std::isfinite(x)) {
+    if (x == 0) return -std::numeric_limits<T>::infinity();
+    if (!std::isfinite(x) || x == std::floor(x)) return std::tgamma(x);
+  }
+  const auto wide = static_cast<long double>(x);
+  const long double gamma = std::tgamma(wide);
+  return static_cast<T>(gamma == 0 ? 0 : gamma * regular_polygamma<0>(wide));
+}
 }  // namespace detail
 
 /// The N-th derivative of digamma(x), the derivative of log |Γ|; N = 0 is digamma itself. In double, where
@@ -181,17 +193,4 @@ template <std::floating_point T>
   return polygamma<0>(x);
 }
 
-namespace detail {
-/// Γ′ = Γ · ψ.
-template <std::floating_point T>
-[[nodiscard]] T gamma_derivative(T x) {
-  if (x <= 0 || !std::isfinite(x)) {
-    if (x == 0) return -std::numeric_limits<T>::infinity();
-    if (!std::isfinite(x) || x == std::floor(x)) return std::tgamma(x);
-  }
-  const auto wide = static_cast<long double>(x);
-  const long double gamma = std::tgamma(wide);
-  return static_cast<T>(gamma == 0 ? 0 : gamma * regular_polygamma<0>(wide));
-}
-}  // namespace detail
 }  // namespace tapestry

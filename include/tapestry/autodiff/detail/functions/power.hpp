@@ -27,7 +27,6 @@ template <std::floating_point T>
   return std::abs(x) >= std::numeric_limits<T>::min() && std::isfinite(x);
 }
 
-/// The number beneath a scalar.
 template <Scalar T>
 [[nodiscard]] auto number_of(const T& x) {
   return value_of<Base<T>>(x);

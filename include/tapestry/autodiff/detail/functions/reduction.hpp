@@ -37,7 +37,6 @@ inline constexpr bool takes_partials<Variable<T>> = true;
 template <class T, std::size_t N, class Tag>
 inline constexpr bool takes_partials<Dual<T, N, Tag>> = true;
 
-/// Type of the value of a scalar.
 template <class S>
 struct ValueOf {
   using type = S;
@@ -58,7 +57,6 @@ template <class S>
   }
 }
 
-/// Type for sums of T.
 template <class T>
 using Wide = std::conditional_t<std::is_same_v<T, float>, double, T>;
 

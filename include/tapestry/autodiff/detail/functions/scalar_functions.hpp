@@ -1,5 +1,4 @@
 #pragma once
-#include <cmath>
 #include <tapestry/core/finite.hpp>
 
 namespace tapestry {

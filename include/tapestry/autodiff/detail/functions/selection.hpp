@@ -140,16 +140,14 @@ requires detail::Arguments<X, Y>
 [[nodiscard]] auto fmod(const X& x, const Y& y) { return detail::make_binary<detail::Fmod>(x, y, "fmod"); }
 
 /// Like std::remainder; the derivatives are those between its jumps: 1, and −(the integer nearest to x / y).
-template <class X, class Y>
-requires detail::Arguments<X, Y>
+template <class X, detail::Arguments<X> Y>
 [[nodiscard]] auto remainder(const X& x, const Y& y) {
   return detail::make_binary<detail::Remainder>(x, y, "remainder");
 }
 
 /// |x| with the sign of y, −0 being negative. The derivative by x is 1 where the signs agree and −1 where
 /// they do not; the derivative by y, between its jumps, is 0.
-template <class X, class Y>
-requires detail::Arguments<X, Y>
+template <class X, detail::Arguments<X> Y>
 [[nodiscard]] auto copysign(const X& x, const Y& y) {
   return detail::make_binary<detail::Copysign>(x, y, "copysign");
 }

@@ -108,7 +108,6 @@ requires(!FormulaOperands<X, Y> && !FormulaOperands<Y, Z> &&
          FormulaOperands<X, Z>) struct TernaryScalar<X, Y, Z> : FormulaScalar<X, Z> {
 };
 
-/// Three operands, at least one of them varying.
 template <class X, class Y, class Z>
 concept TernaryOperands = requires {
   typename TernaryScalar<X, Y, Z>::type;
@@ -126,22 +125,19 @@ template <class Operation, class X, class Y, class Z>
 }  // namespace detail
 
 /// x · y + z, rounded once.
-template <class X, class Y, class Z>
-requires detail::TernaryOperands<X, Y, Z>
+template <class X, class Y, detail::TernaryOperands<X, Y> Z>
 [[nodiscard]] auto fma(const X& x, const Y& y, const Z& z) {
   return detail::make_ternary<detail::FusedMultiplyAdd>(x, y, z);
 }
 
 /// x + t · (y − x), as std::lerp: exactly x at t = 0 and y at t = 1.
-template <class X, class Y, class Z>
-requires detail::TernaryOperands<X, Y, Z>
+template <class X, class Y, detail::TernaryOperands<X, Y> Z>
 [[nodiscard]] auto lerp(const X& x, const Y& y, const Z& t) {
   return detail::make_ternary<detail::Lerp>(x, y, t);
 }
 
 /// √(x² + y² + z²) without overflow. At the origin all derivatives are 0, a subgradient.
-template <class X, class Y, class Z>
-requires detail::TernaryOperands<X, Y, Z>
+template <class X, class Y, detail::TernaryOperands<X, Y> Z>
 [[nodiscard]] auto hypot(const X& x, const Y& y, const Z& z) {
   return detail::make_ternary<detail::Hypot3>(x, y, z);
 }

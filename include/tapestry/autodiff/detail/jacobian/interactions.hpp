@@ -23,7 +23,6 @@ class Interactions {
     return b == 0 ? a : made({a, b, 0});
   }
 
-  /// Records that the variables of a meet the variables of b.
   void meet(Node a, Node b) {
     if (a == 0 || b == 0) return;
     const IndexSets::Name of_a = variables_of(a), of_b = variables_of(b);
@@ -81,46 +80,7 @@ class Interactions {
 };
 
 struct InteractionTag {};
-}  // namespace detail
 
-/// A number that records which of its variables meet in a nonlinear operation; hessian_pattern() calls a
-/// function with such numbers. It works wherever a Dual does.
-template <std::floating_point T>
-class Dual<T, 1, detail::InteractionTag> {
- public:
-  using value_type = T;
-  static constexpr std::size_t direction_count = 1;
-
-  constexpr Dual() = default;
-  /// A constant.
-  template <std::convertible_to<T> X>
-  requires(!std::same_as<X, Dual>) constexpr Dual(const X& value) : value_(static_cast<T>(value)) {}
-  constexpr Dual(T value, detail::Interactions* all, detail::Interactions::Node node)
-      : value_(value), all_(all), node_(node) {}
-  /// A value with the origin of another number.
-  constexpr Dual(T value, const Dual& from) : Dual(value, from.all_, from.node_) {}
-
-  [[nodiscard]] constexpr const T& value() const { return value_; }
-  /// The number itself, which is all that it carries.
-  [[nodiscard]] constexpr const Dual& tangents() const { return *this; }
-  [[nodiscard]] constexpr bool is_zero() const { return value_ == T(0) && node_ == 0; }
-  /// Collector of the meetings; null for a constant.
-  [[nodiscard]] constexpr detail::Interactions* all() const { return all_; }
-  [[nodiscard]] constexpr detail::Interactions::Node node() const { return node_; }
-
-  Dual& operator+=(const Dual& y) { return *this = *this + y; }
-  Dual& operator-=(const Dual& y) { return *this = *this - y; }
-  Dual& operator*=(const Dual& y) { return *this = *this * y; }
-  Dual& operator/=(const Dual& y) { return *this = *this / y; }
-  friend constexpr void swap(Dual& x, Dual& y) noexcept { std::swap(x, y); }
-
- private:
-  T value_ = T(0);
-  detail::Interactions* all_ = nullptr;
-  detail::Interactions::Node node_ = 0;
-};
-
-namespace detail {
 template <class T>
 using Interacting = Dual<T, 1, InteractionTag>;
 
@@ -194,6 +154,43 @@ template <std::floating_point T>
 [[nodiscard]] Interacting<T> chain(const Interacting<T>& factor, const Interacting<T>& partial) {
   return factor * partial;
 }
-
 }  // namespace detail
+
+/// A number that records which of its variables meet in a nonlinear operation; hessian_pattern() calls a
+/// function with such numbers. It works wherever a Dual does.
+template <std::floating_point T>
+class Dual<T, 1, detail::InteractionTag> {
+ public:
+  using value_type = T;
+  static constexpr std::size_t direction_count = 1;
+
+  constexpr Dual() = default;
+  /// A constant.
+  template <std::convertible_to<T> X>
+  requires(!std::same_as<X, Dual>) constexpr Dual(const X& value) : value_(static_cast<T>(value)) {}
+  constexpr Dual(T value, detail::Interactions* all, detail::Interactions::Node node)
+      : value_(value), all_(all), node_(node) {}
+  /// A value with the origin of another number.
+  constexpr Dual(T value, const Dual& from) : Dual(value, from.all_, from.node_) {}
+
+  [[nodiscard]] constexpr const T& value() const { return value_; }
+  /// The number itself, which is all that it carries.
+  [[nodiscard]] constexpr const Dual& tangents() const { return *this; }
+  [[nodiscard]] constexpr bool is_zero() const { return value_ == T(0) && node_ == 0; }
+  /// Collector of the meetings; null for a constant.
+  [[nodiscard]] constexpr detail::Interactions* all() const { return all_; }
+  [[nodiscard]] constexpr detail::Interactions::Node node() const { return node_; }
+
+  Dual& operator+=(const Dual& y) { return *this = *this + y; }
+  Dual& operator-=(const Dual& y) { return *this = *this - y; }
+  Dual& operator*=(const Dual& y) { return *this = *this * y; }
+  Dual& operator/=(const Dual& y) { return *this = *this / y; }
+  friend constexpr void swap(Dual& x, Dual& y) noexcept { std::swap(x, y); }
+
+ private:
+  T value_ = T(0);
+  detail::Interactions* all_ = nullptr;
+  detail::Interactions::Node node_ = 0;
+};
+
 }  // namespace tapestry

@@ -66,7 +66,6 @@ class Surroundings {
       for (std::size_t i = 0; i < x.size(); ++i) all[i].add(here.gradient[i]);
   }
 
-  /// Evaluates the function all around.
   template <class Evaluate>
   void visit(Evaluate evaluate) {
     const std::size_t patterns = 5 + static_cast<std::size_t>(std::bit_width(x_.size()));
@@ -81,7 +80,6 @@ class Surroundings {
       }
   }
 
-  /// \param place_of  row and column of a second derivative
   template <class PlaceOf>
   [[nodiscard]] SecondDerivatives<T> limits(PlaceOf place_of) const {
     SecondDerivatives<T> result = here_.second;

@@ -46,7 +46,6 @@ class TangentVectors {
     run_with(instruction_set(), body);
   }
 
-  /// Sum of the products of the operands.
   struct Sum {
     const Lanes* lanes;
     Lanes total;

@@ -66,8 +66,7 @@ struct SymmetricEigen {
 /// \throws ShapeError   if a is not square
 /// \throws NumericError if a number is not finite; in the reverse sweep, if eigenvectors of equal eigenvalues
 ///   have an adjoint that turns them
-template <detail::AnyMatrix A>
-requires detail::holds_variables<A> && std::floating_point<detail::MatrixScalar<A>>
+template <detail::MatrixOfFloats A>
 [[nodiscard]] auto symmetric_eigen(const A& a) {
   using T = detail::MatrixScalar<A>;
   using Matrix = detail::DenseMatrix<T>;

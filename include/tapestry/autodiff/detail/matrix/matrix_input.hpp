@@ -33,22 +33,19 @@ requires(X::rank == 1 || X::rank == 2) struct MatrixScalarOf<X> {
 };
 
 template <class X>
-inline constexpr bool holds_variables = !std::is_void_v<typename MatrixScalarOf<X>::type>;
+concept MatrixOfVariables = !std::is_void_v<typename MatrixScalarOf<X>::type>;
 
-template <class X, class... Rest>
-struct MatrixScalarOfAny {
-  using type = typename MatrixScalarOf<X>::type;
-};
-template <class X, class... Rest>
-requires(!holds_variables<X> && sizeof...(Rest) > 0) struct MatrixScalarOfAny<X, Rest...> {
-  using type = typename MatrixScalarOfAny<Rest...>::type;
-};
 /// The scalar type of the first that holds variables.
-template <class... X>
-using MatrixScalar = typename MatrixScalarOfAny<X...>::type;
+template <class A, class B = A>
+using MatrixScalar = typename MatrixScalarOf<std::conditional_t<MatrixOfVariables<A>, A, B>>::type;
 
 template <class X>
-concept AnyMatrix = EigenMatrix<X> || holds_variables<X> || IsPlainArray<X>::value;
+concept MatrixOfFloats = std::floating_point<MatrixScalar<X>>;
+template <class X>
+concept AnyMatrix = EigenMatrix<X> || MatrixOfVariables<X> || IsPlainArray<X>::value;
+/// A second matrix beside A; one of them may be plain.
+template <class B, class A>
+concept MatrixBeside = AnyMatrix<B> &&(MatrixOfVariables<A> || MatrixOfVariables<B>);
 
 /// 1 if X is a vector, else Eigen::Dynamic.
 template <class X>
@@ -66,7 +63,9 @@ template <class X>
 template <class T>
 struct EntriesSlot {
   std::vector<Link> links;
-  /// Access of a pullback to the adjoints.
+  void drop_if_passive() {
+    if (std::none_of(links.begin(), links.end(), [](Link link) { return link.is_active(); })) links.clear();
+  }
   struct Adjoint {
     const std::vector<Link>* links;
     T* adjoints;
@@ -90,12 +89,15 @@ struct MatrixInput {
   Slot slot;
 };
 
+template <class T>
+using RowMajorMatrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 /// An array in Eigen's form; a vector is a column.
 template <class T, std::size_t Rank>
 [[nodiscard]] auto eigen_map(const Array<T, Rank>& array) {
-  using Matrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const auto columns = static_cast<Eigen::Index>(Rank == 1 ? 1 : array.shape()[Rank - 1]);
-  return Eigen::Map<const Matrix>(array.data(), static_cast<Eigen::Index>(array.shape()[0]), columns);
+  return Eigen::Map<const RowMajorMatrix<T>>(array.data(), static_cast<Eigen::Index>(array.shape()[0]),
+                                             columns);
 }
 
 template <class T, EigenMatrix X>
@@ -106,16 +108,14 @@ template <class T, EigenMatrix X>
   } else {
     const auto& entries = x.eval();
     input.value.resize(entries.rows(), entries.cols());
-    std::vector<Link> links(static_cast<std::size_t>(entries.size()));
-    bool is_active = false;
-    for (Eigen::Index j = 0, k = 0; j < entries.cols(); ++j)
-      for (Eigen::Index i = 0; i < entries.rows(); ++i, ++k) {
+    input.slot.links.reserve(static_cast<std::size_t>(entries.size()));
+    for (Eigen::Index j = 0; j < entries.cols(); ++j)
+      for (Eigen::Index i = 0; i < entries.rows(); ++i) {
         const Variable<T>& entry = entries(i, j);
         input.value(i, j) = entry.value();
-        links[static_cast<std::size_t>(k)] = entry.link();
-        is_active = is_active || entry.is_active();
+        input.slot.links.push_back(entry.link());
       }
-    if (is_active) input.slot.links = std::move(links);
+    input.slot.drop_if_passive();
   }
   return input;
 }
@@ -138,16 +138,14 @@ template <class Matrix>
   return to_text(std::array{matrix.rows(), matrix.cols()});
 }
 
-/// \throws ShapeError unless a is square
-template <class T>
-void require_square(const char* operation, const DenseMatrix<T>& a) {
+template <class A>
+void require_square(const char* operation, const A& a) {
   if (a.rows() != a.cols())
     throw ShapeError({operation, ": a is ", shape_text(a), ", expected a square matrix"});
 }
 
-/// \throws ShapeError unless b has as many rows as a
-template <class T>
-void require_equal_rows(const char* operation, const DenseMatrix<T>& a, const DenseMatrix<T>& b) {
+template <class A, class B>
+void require_equal_rows(const char* operation, const A& a, const B& b) {
   if (a.rows() != b.rows())
     throw ShapeError(
         {operation, ": b is ", shape_text(b), ", expected ", a.rows(), " rows as a ", shape_text(a)});

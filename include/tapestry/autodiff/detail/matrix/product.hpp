@@ -16,8 +16,8 @@ namespace tapestry::matrix {
 /// \returns  C, a matrix or a vector as b
 /// \throws ShapeError if the inner extents differ
 template <detail::EigenMatrix A, detail::EigenMatrix B>
-requires(detail::holds_variables<A> || detail::holds_variables<B>)
-    [[nodiscard]] auto product(const A& a, const B& b) {
+requires detail::MatrixBeside<B, A>
+[[nodiscard]] auto product(const A& a, const B& b) {
   using T = detail::MatrixScalar<A, B>;
   using Matrix = detail::DenseMatrix<T>;
   const auto left = detail::matrix_input<T>(a);
@@ -37,8 +37,7 @@ requires(detail::holds_variables<A> || detail::holds_variables<B>)
 /// √(Σ A[i, j]²), as one record, without overflow or underflow on the way; 0 of an empty matrix.
 /// Ā = A / norm · adjoint, and 0, a subgradient, where the norm is 0.
 /// \param a  A, [M, N] or [N], of floating-point variables: Eigen matrix, array variable or formula
-template <detail::AnyMatrix A>
-requires detail::holds_variables<A> && std::floating_point<detail::MatrixScalar<A>>
+template <detail::MatrixOfFloats A>
 [[nodiscard]] auto frobenius_norm(const A& a) {
   using T = detail::MatrixScalar<A>;
   using Matrix = detail::DenseMatrix<T>;

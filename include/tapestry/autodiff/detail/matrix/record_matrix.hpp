@@ -14,8 +14,7 @@ template <class Target>
 }
 template <class T, std::size_t Rank>
 void add_part(Array<T, Rank>* adjoint, const DenseMatrix<T>& part) {
-  using Matrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  Eigen::Map<Matrix>(adjoint->data(), part.rows(), part.cols()) += part;
+  Eigen::Map<RowMajorMatrix<T>>(adjoint->data(), part.rows(), part.cols()) += part;
 }
 template <class T>
 void add_part(const typename EntriesSlot<T>::Adjoint& adjoint, const DenseMatrix<T>& part) {
@@ -78,20 +77,12 @@ class EntriesRecord final : public CallableRecord<T, TapeRecord<T>, Pullback, Sl
   Eigen::Index rows_, columns_;
 };
 
-template <class T>
-[[nodiscard]] std::shared_ptr<const Array<T, 2>> shared_array_of(const DenseMatrix<T>& value,
-                                                                 std::integral_constant<std::size_t, 2>) {
-  auto array = std::make_shared<Array<T, 2>>(
-      Extents<2>{static_cast<std::size_t>(value.rows()), static_cast<std::size_t>(value.cols())});
-  for (Eigen::Index i = 0; i < value.rows(); ++i)
-    for (Eigen::Index j = 0; j < value.cols(); ++j) array->data()[i * value.cols() + j] = value(i, j);
-  return array;
-}
-template <class T>
-[[nodiscard]] std::shared_ptr<const Array<T, 1>> shared_array_of(const DenseMatrix<T>& value,
-                                                                 std::integral_constant<std::size_t, 1>) {
-  auto array = std::make_shared<Array<T, 1>>(Extents<1>{static_cast<std::size_t>(value.size())});
-  std::copy(value.data(), value.data() + value.size(), array->data());
+template <std::size_t Rank, class T>
+[[nodiscard]] std::shared_ptr<const Array<T, Rank>> shared_array_of(const DenseMatrix<T>& value) {
+  Extents<Rank> extents{static_cast<std::size_t>(value.rows())};
+  if constexpr (Rank == 2) extents[1] = static_cast<std::size_t>(value.cols());
+  auto array = std::make_shared<Array<T, Rank>>(extents);
+  Eigen::Map<RowMajorMatrix<T>>(array->data(), value.rows(), value.cols()) = value;
   return array;
 }
 
@@ -129,8 +120,8 @@ template <int Columns, class T, class Pullback, class... Slots>
   MatrixPullback<T, Pullback> adding{std::move(pullback)};
   if constexpr ((is_array_slot<Slots> || ...)) {
     constexpr std::size_t rank = Columns == 1 ? 1 : 2;
-    return record_array_slots<T, rank>(shared_array_of(value, std::integral_constant<std::size_t, rank>()),
-                                       std::move(adding), std::move(inputs.slot)...);
+    return record_array_slots<T, rank>(shared_array_of<rank>(value), std::move(adding),
+                                       std::move(inputs.slot)...);
   } else {
     return record_entries<Columns, T>(value, std::move(adding), std::move(inputs.slot)...);
   }

@@ -11,7 +11,6 @@ struct SingularTriples {
   DenseMatrix<T> u, s, v;
 };
 
-/// \throws NumericError if a number of a is not finite
 template <std::floating_point T>
 [[nodiscard]] std::shared_ptr<const SingularTriples<T>> singular_triples_of(const char* operation,
                                                                             const DenseMatrix<T>& a) {
@@ -95,8 +94,7 @@ struct SingularValues {
 /// \returns  U, s and V, held as a is
 /// \throws NumericError if a number is not finite; in the reverse sweep, if vectors of equal values have an
 ///   adjoint that turns them, or vectors of the longer side belong to a value 0
-template <detail::AnyMatrix A>
-requires detail::holds_variables<A> && std::floating_point<detail::MatrixScalar<A>>
+template <detail::MatrixOfFloats A>
 [[nodiscard]] auto singular_values(const A& a) {
   using T = detail::MatrixScalar<A>;
   using Matrix = detail::DenseMatrix<T>;
@@ -122,8 +120,7 @@ requires detail::holds_variables<A> && std::floating_point<detail::MatrixScalar<
 /// the largest, or all are 0, it follows one of them, a subgradient.
 /// \param a  A, [M, N]
 /// \throws NumericError if a number is not finite
-template <detail::AnyMatrix A>
-requires detail::holds_variables<A> && std::floating_point<detail::MatrixScalar<A>>
+template <detail::MatrixOfFloats A>
 [[nodiscard]] auto spectral_norm(const A& a) {
   using T = detail::MatrixScalar<A>;
   using Matrix = detail::DenseMatrix<T>;
@@ -140,8 +137,7 @@ requires detail::holds_variables<A> && std::floating_point<detail::MatrixScalar<
 /// 0, a subgradient.
 /// \param a  A, [M, N].
 /// \throws NumericError if a number is not finite
-template <detail::AnyMatrix A>
-requires detail::holds_variables<A> && std::floating_point<detail::MatrixScalar<A>>
+template <detail::MatrixOfFloats A>
 [[nodiscard]] auto nuclear_norm(const A& a) {
   using T = detail::MatrixScalar<A>;
   using Matrix = detail::DenseMatrix<T>;

@@ -23,13 +23,9 @@ template <class T, class S>
     numbers = entries;
   } else {
     numbers = entries.unaryExpr([](const S& entry) { return entry.value(); });
-    bool is_active = false;
-    std::vector<Link> links;
-    for (Eigen::Index k = 0; k < entries.nonZeros(); ++k) {
-      links.push_back(entries.valuePtr()[k].link());
-      is_active = is_active || links.back().is_active();
-    }
-    if (is_active) input.slot.links = std::move(links);
+    for (Eigen::Index k = 0; k < entries.nonZeros(); ++k)
+      input.slot.links.push_back(entries.valuePtr()[k].link());
+    input.slot.drop_if_passive();
   }
   return input;
 }
@@ -61,7 +57,7 @@ namespace matrix {
 /// \throws ShapeError   if a is not square or b has other than N rows
 /// \throws NumericError if a is singular: a pivot is exactly 0, or a column has no entry
 template <class S, int Order, class Index, detail::AnyMatrix B>
-requires(ScalarExpression<S> || detail::holds_variables<B>)
+requires(ScalarExpression<S> || detail::MatrixOfVariables<B>)
     [[nodiscard]] auto solve(const Eigen::SparseMatrix<S, Order, Index>& a, const B& b) {
   using Known = typename detail::SparseScalarOf<S>::type;
   using T = std::conditional_t<std::is_void_v<Known>, detail::MatrixScalar<B>, Known>;
@@ -71,11 +67,8 @@ requires(ScalarExpression<S> || detail::holds_variables<B>)
   auto numbers = std::make_shared<Numbers>();
   const auto left = detail::sparse_input<T>(Eigen::SparseMatrix<S>(a), *numbers);
   const auto right = detail::matrix_input<T>(b);
-  if (numbers->rows() != numbers->cols())
-    throw ShapeError({"solve: a is ", detail::shape_text(*numbers), ", expected a square matrix"});
-  if (numbers->rows() != right.value.rows())
-    throw ShapeError({"solve: b is ", detail::shape_text(right.value), ", expected ", numbers->rows(),
-                      " rows as a ", detail::shape_text(*numbers)});
+  detail::require_square("solve", *numbers);
+  detail::require_equal_rows("solve", *numbers, right.value);
   const auto lu = std::make_shared<Eigen::SparseLU<Numbers>>();
   if (numbers->rows() > 0) lu->compute(*numbers);
   if (numbers->rows() > 0 && lu->info() != Eigen::Success) throw NumericError("solve: a is singular");

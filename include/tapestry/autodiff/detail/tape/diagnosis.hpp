@@ -1,6 +1,5 @@
 #pragma once
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <tapestry/autodiff/detail/tape/tape_memory.hpp>
 

@@ -17,11 +17,9 @@ concept DualOperands = (DualNumber<X> &&
                         (std::same_as<X, Y> || std::convertible_to<Y, typename X::value_type>)) ||
                        (DualNumber<Y> && std::convertible_to<X, typename Y::value_type>);
 
-/// The operands of a differentiable function of two.
 template <class X, class Y>
 concept FormulaOperands = ExpressionOperands<X, Y> || DualOperands<X, Y>;
 
-/// The scalar type of a formula of x and y.
 template <class X, class Y>
 struct FormulaScalar;
 template <ScalarExpression X, class Y>
@@ -62,7 +60,6 @@ template <class Operation, DifferentiableArray X>
 template <class Operation, class X, class Y>
 [[nodiscard]] auto array_binary(const char* name, const X& x, const Y& y);
 
-/// The arguments of a function of two numbers.
 template <class X, class Y>
 concept Arguments = FormulaOperands<X, Y> || ArrayPair<X, Y>;
 
@@ -116,7 +113,6 @@ template <std::floating_point T, class X>
   }
 }
 
-/// The number beneath a differentiable scalar.
 template <Differentiable X>
 [[nodiscard]] auto base_value(const X& x) {
   if constexpr (ScalarExpression<X>) {

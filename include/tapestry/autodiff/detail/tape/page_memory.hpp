@@ -1,5 +1,4 @@
 #pragma once
-#include <memory>
 #include <tapestry/core/platform/memory.hpp>
 
 namespace tapestry::detail {

@@ -4,6 +4,13 @@
 #include <tuple>
 
 namespace tapestry {
+/// States that a pullback is written for duals: it computes in the scalar of its tape throughout, and
+/// captures values with their tangents, or is linear. check_hessian() tests that.
+template <class Pullback>
+struct CarriesTangents {
+  Pullback pullback;
+};
+
 namespace detail {
 
 /// An input that a record keeps, so that its pullback finds the input's adjoint.
@@ -17,7 +24,6 @@ struct InputSlot {
   }
 };
 
-/// A scalar input of a record.
 template <class T>
 struct ScalarSlot : InputSlot<T> {
   [[nodiscard]] T* adjoint(T* adjoints) const {
@@ -115,7 +121,6 @@ class CallableRecord : public Base {
   std::tuple<Slots...> inputs_;
 };
 
-/// An operation whose result is a scalar.
 template <class T, class Pullback, class... Slots>
 class ScalarRecord final : public CallableRecord<T, TapeRecord<T>, Pullback, Slots...> {
  public:
@@ -145,18 +150,7 @@ template <class T, class Pullback, class... Slots>
   return {value,
           state->append_record(NewRecord<Record>(new Record(std::move(pullback), {std::move(slot)...})))};
 }
-}  // namespace detail
 
-/// States that a pullback is written for duals: it computes in the scalar of its tape throughout, and
-/// captures values with their tangents, or is linear. check_hessian() tests that.
-template <class Pullback>
-struct CarriesTangents {
-  Pullback pullback;
-};
-template <class Pullback>
-CarriesTangents(Pullback) -> CarriesTangents<Pullback>;
-
-namespace detail {
 /// The pullback of a user's operation on a tape of T. Refuses plain numbers on a tape of duals, where they
 /// would be constants, so that second derivatives would silently lack a part. Captures cannot be seen from
 /// outside; without any, slopes can only be constants.
@@ -172,6 +166,9 @@ template <class T, class Pullback>
   return std::move(stated.pullback);
 }
 }  // namespace detail
+
+template <class Pullback>
+CarriesTangents(Pullback) -> CarriesTangents<Pullback>;
 
 /// Records an operation with a scalar result and its pullback on the active tape.
 ///

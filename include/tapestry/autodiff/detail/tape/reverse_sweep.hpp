@@ -83,7 +83,6 @@ template <bool IsFused, class T>
   }
 }
 
-/// Runs statements backwards.
 template <class Scalar>
 class ReverseSweep {
  public:

@@ -85,7 +85,6 @@ template <std::floating_point T>
   return product;
 }
 
-/// NaN as value and as every derivative.
 template <class T>
 [[nodiscard]] constexpr T unknown() {
   if constexpr (std::floating_point<T>) {

@@ -26,7 +26,6 @@ class SpareTape {
   [[nodiscard]] Tape<T>& operator*() { return held_.tape; }
   [[nodiscard]] Tape<T>* operator->() { return &held_.tape; }
 
-  /// New variables on the tape, of the given values.
   [[nodiscard]] std::span<const Variable<T>> input(std::span<const T> values) {
     held_.inputs.resize(values.size());
     held_.tape.input(values, held_.inputs);

@@ -21,7 +21,6 @@ class Link {
   [[nodiscard]] constexpr bool is_active() const { return index() != 0; }
   /// Below 2³² if both are of one generation. Differences of several links may be joined by |.
   [[nodiscard]] constexpr std::uint64_t difference(Link other) const { return bits_ ^ other.bits_; }
-  /// The link of the following statement.
   constexpr Link& operator++() {
     ++bits_;
     return *this;
@@ -31,7 +30,6 @@ class Link {
   std::uint64_t bits_ = 0;
 };
 
-/// The generation of threads without an active tape.
 inline constexpr std::uint32_t no_generation = 0xFFFFFFFFU;
 
 /// Unique numbers: a tape recognises its own variables by them.

@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/detail/tape/page_memory.hpp>
 #include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/core/error.hpp>
-#include <vector>
 
 namespace tapestry::detail {
 
@@ -53,7 +52,6 @@ struct StatementRun {
 /// Statements count from 1.
 class TapeMemory : public WriteHead {
  public:
-  /// A place in the memory.
   struct Place {
     std::size_t next_index = 0;
     std::size_t chunk = 0;
@@ -112,7 +110,6 @@ class TapeMemory : public WriteHead {
 
   [[nodiscard]] std::size_t statement_count() const { return place().next_index - 1; }
 
-  /// Number of words of all statements.
   [[nodiscard]] std::size_t used_words() const {
     std::size_t count = place().word_count;
     for (std::size_t i = 0; i < current_; ++i)

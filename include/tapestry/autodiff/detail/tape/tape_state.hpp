@@ -36,7 +36,6 @@ class TapeState : public TapeDiagnosis {
 
   /// Head that this thread writes statements to: a TapeState's, or one without room.
   [[gnu::visibility("default")]] static inline constinit thread_local WriteHead* active = &no_tape<T>;
-  /// Number of scopes of this thread.
   [[gnu::visibility("default")]] static inline constinit thread_local std::size_t scope_count = 0;
 
   static bool is_any_active() {
@@ -181,7 +180,6 @@ class TapeState : public TapeDiagnosis {
  private:
   static constexpr std::size_t most_operands = std::size_t(1) << 29U;
 
-  /// Takes the operands of a statement one by one.
   class CarefulSink {
    public:
     explicit CarefulSink(const TapeState& state) : state_(state), end_(state.words) {}

@@ -2,7 +2,6 @@
 #include <concepts>
 #include <cstring>
 #include <tapestry/autodiff/detail/tape/page_memory.hpp>
-#include <vector>
 
 namespace tapestry::detail {
 
@@ -80,7 +79,6 @@ requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
         adjoints.begin_block(index / block);
       return all + index * Width;
     }
-    /// Adjoints of the current statement.
     [[nodiscard, gnu::always_inline]] T* in_window(std::size_t index) const {
       return window + index % (window_blocks * block) * Width;
     }

@@ -99,7 +99,6 @@ class CountedOperands {
     }
     return difference >> 32U == 0;
   }
-  /// Records in the careful way.
   [[gnu::always_inline]] Link record_carefully(const T& value) const {
     return record_carefully(value, std::make_index_sequence<counts.sum()>());
   }

@@ -6,10 +6,8 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstdio>
-#include <cstdlib>
 #include <tapestry/core/platform.hpp>
 #include <tapestry/core/platform/memory.hpp>
 #if defined(__APPLE__)

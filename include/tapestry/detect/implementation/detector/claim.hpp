@@ -3,6 +3,14 @@
 
 namespace tapestry::detect::detail {
 
+[[nodiscard]] inline FileError other_kind(const std::string& path, const DetectorDescription& kind,
+                                          const std::string& what, const std::string& expected,
+                                          const std::string& found) {
+  return FileError(ErrorKind::mismatch,
+                   {path, "", "not a detector of the kind " + std::string(name_of(kind.head)) + ": " + what,
+                    expected, found});
+}
+
 /// \throws DomainError unless an end-to-end output, and no other one, has a number of classes
 inline void require_classes(const DetectorDescription& kind) {
   if ((kind.head == HeadKind::end_to_end) == (kind.decoded.classes > 0)) return;

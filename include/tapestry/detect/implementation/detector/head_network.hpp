@@ -19,12 +19,10 @@ inline void require_decodable(const std::string& path, const DetectorDescription
     if (shape.size() == 3 && shape[0] == 1 && fits(shape[channel_axis]) &&
         (candidates == 0 || shape[candidate_axis] == candidates))
       return;
-    throw FileError(ErrorKind::mismatch, {path, "",
-                                          "not a detector of the kind " + std::string(name_of(kind.head)) +
-                                              ": output " + in_quotes(name),
-                                          outputs.channels_first ? "[1, " + channels + ", " + count + "]"
-                                                                 : "[1, " + count + ", " + channels + "]",
-                                          tapestry::detail::to_text(shape)});
+    throw other_kind(path, kind, "output " + in_quotes(name),
+                     outputs.channels_first ? "[1, " + channels + ", " + count + "]"
+                                            : "[1, " + count + ", " + channels + "]",
+                     tapestry::detail::to_text(shape));
   };
   if (kind.head == HeadKind::end_to_end)
     return require(outputs.boxes, boxes, "6", 0, [](std::size_t channels) { return channels == 6; });

@@ -5,17 +5,15 @@ namespace tapestry::io::detail {
 
 inline constexpr std::int64_t any_count = std::int64_t(1) << 31U;
 
-[[nodiscard]] inline nn::Activation parse_activation(const std::string& path, SectionReader& reader,
-                                                     nn::Activation fallback) {
+[[nodiscard]] inline nn::Activation parse_activation(SectionReader& reader, nn::Activation fallback) {
   const CfgOption* option = reader.find("activation");
   if (option == nullptr) return fallback;
   for (const auto activation : nn::activations) {
     if (nn::name_of(activation) == option->value) return activation;
   }
   if (option->value == "silu") return nn::Activation::swish;  // two names of x·σ(x)
-  throw FileError(ErrorKind::malformed,
-                  {path, std::to_string(option->line) + ":" + std::to_string(option->column),
-                   "unsupported activation", std::string(nn::activation_names), in_quotes(option->value)});
+  throw reader.error(*option, "unsupported activation", std::string(nn::activation_names),
+                     in_quotes(option->value));
 }
 
 /// Turns the entries of "layers" or "from" into indices of earlier layers: negative ones count back from
@@ -41,7 +39,7 @@ inline constexpr std::int64_t any_count = std::int64_t(1) << 31U;
   return sources;
 }
 
-inline void parse_convolutional(const std::string& path, SectionReader& reader, detect::LayerConfig& layer) {
+inline void parse_convolutional(SectionReader& reader, detect::LayerConfig& layer) {
   layer.filters = reader.count("filters", 1, 1, 1 << 20);
   layer.size = reader.count("size", 1, 1, 63, ErrorKind::malformed);
   if (layer.size % 2 == 0)
@@ -53,7 +51,7 @@ inline void parse_convolutional(const std::string& path, SectionReader& reader, 
   if (reader.integer("pad", 0, 0, 63, ErrorKind::malformed) != 0) layer.padding = layer.size / 2;
   layer.padding *= layer.dilation;
   layer.batch_normalize = reader.integer("batch_normalize", 0, 0, 1, ErrorKind::malformed) != 0;
-  layer.activation = parse_activation(path, reader, nn::Activation::logistic);  // Darknet's default
+  layer.activation = parse_activation(reader, nn::Activation::logistic);  // Darknet's default
 }
 
 inline void parse_maxpool(SectionReader& reader, detect::LayerConfig& layer) {
@@ -90,7 +88,7 @@ inline void parse_route(SectionReader& reader, std::size_t index, detect::LayerC
   return anchors;
 }
 
-inline void parse_yolo(const std::string& path, SectionReader& reader, detect::LayerConfig& layer) {
+inline void parse_yolo(SectionReader& reader, detect::LayerConfig& layer) {
   layer.classes = reader.count("classes", 20, 1, 1 << 20);
   layer.scale_x_y = reader.real("scale_x_y", 1);
   if (!(layer.scale_x_y >= 1) || layer.scale_x_y > 4)
@@ -116,20 +114,17 @@ inline void parse_yolo(const std::string& path, SectionReader& reader, detect::L
     }
     layer.anchors.push_back(anchors[static_cast<std::size_t>(mask[i])]);
   }
-  static_cast<void>(path);
 }
 
-/// A layer that multiplies its input by the values of one other layer.
-inline void parse_product(const std::string& path, SectionReader& reader, std::size_t index,
-                          detect::LayerConfig& layer) {
-  layer.kind = reader.name() == "sam" ? detect::LayerKind::sam : detect::LayerKind::scale_channels;
+/// A layer that adds the values of others to its input, or multiplies it by those of one.
+inline void parse_combination(SectionReader& reader, std::size_t index, detect::LayerConfig& layer) {
   layer.sources = parse_sources(reader, "from", index);
-  if (layer.sources.size() != 1)
+  if (layer.kind != detect::LayerKind::shortcut && layer.sources.size() != 1)
     throw reader.error(*reader.find("from"), "too many layers to multiply", "one",
                        std::to_string(layer.sources.size()));
   if (layer.kind == detect::LayerKind::scale_channels)
     layer.scale_wh = reader.integer("scale_wh", 0, 0, 1, ErrorKind::malformed) != 0;
-  layer.activation = parse_activation(path, reader, nn::Activation::linear);
+  layer.activation = parse_activation(reader, nn::Activation::linear);
 }
 
 /// YOLOv2's head, with boxes only: keys for a background class, a tree of classes or masks are refused.
@@ -167,43 +162,26 @@ inline void parse_softmax(SectionReader& reader, detect::LayerConfig& layer) {
                                                      std::size_t index) {
   detect::LayerConfig layer;
   layer.line = reader.line();
-  const std::string_view name = reader.name();
-  if (name == "convolutional" || name == "conv") {
-    parse_convolutional(path, reader, layer);
-  } else if (name == "maxpool" || name == "max") {
-    layer.kind = detect::LayerKind::maxpool;
-    parse_maxpool(reader, layer);
-  } else if (name == "upsample") {
-    layer.kind = detect::LayerKind::upsample;
-    parse_upsample(reader, layer);
-  } else if (name == "route") {
-    layer.kind = detect::LayerKind::route;
-    parse_route(reader, index, layer);
-  } else if (name == "shortcut") {
-    layer.kind = detect::LayerKind::shortcut;
-    layer.sources = parse_sources(reader, "from", index);
-    layer.activation = parse_activation(path, reader, nn::Activation::linear);
-  } else if (name == "yolo") {
-    layer.kind = detect::LayerKind::yolo;
-    parse_yolo(path, reader, layer);
-  } else if (name == "scale_channels" || name == "sam") {
-    parse_product(path, reader, index, layer);
-  } else if (name == "region") {
-    layer.kind = detect::LayerKind::region;
-    parse_region(reader, layer);
-  } else if (name == "reorg" || name == "reorg3d") {
-    layer.kind = name == "reorg" ? detect::LayerKind::reorg : detect::LayerKind::reorg3d;
+  bool is_known = false;
+  const auto is = [&](std::string_view name, detect::LayerKind kind) {
+    if (name != reader.name()) return false;
+    layer.kind = kind;
+    return is_known = true;
+  };
+  using enum detect::LayerKind;
+  if (is("convolutional", convolutional) || is("conv", convolutional)) parse_convolutional(reader, layer);
+  if (is("maxpool", maxpool) || is("max", maxpool)) parse_maxpool(reader, layer);
+  if (is("upsample", upsample)) parse_upsample(reader, layer);
+  if (is("route", route)) parse_route(reader, index, layer);
+  if (is("shortcut", shortcut) || is("scale_channels", scale_channels) || is("sam", sam))
+    parse_combination(reader, index, layer);
+  if (is("yolo", yolo)) parse_yolo(reader, layer);
+  if (is("region", region)) parse_region(reader, layer);
+  if (is("reorg", reorg) || is("reorg3d", reorg3d))
     layer.stride = reader.count("stride", 1, 1, 64, ErrorKind::malformed);
-  } else if (name == "avgpool" || name == "avg") {
-    layer.kind = detect::LayerKind::avgpool;
-  } else if (name == "softmax") {
-    layer.kind = detect::LayerKind::softmax;
-    parse_softmax(reader, layer);
-  } else if (name == "dropout") {
-    layer.kind = detect::LayerKind::dropout;
-  } else {
-    throw unsupported_section(path, reader);
-  }
+  if (is("softmax", softmax)) parse_softmax(reader, layer);
+  static_cast<void>(is("avgpool", avgpool) || is("avg", avgpool) || is("dropout", dropout));
+  if (!is_known) throw unsupported_section(path, reader);
   return layer;
 }
 

@@ -6,7 +6,6 @@
 namespace tapestry::io::detail {
 using detect::cfg_error;
 
-/// One `key = value` line of a cfg file.
 struct CfgOption {
   std::string_view key;
   std::string_view value;

@@ -24,20 +24,20 @@ struct AttributeKind {
   std::uint32_t field;
   std::string_view name;
 };
-inline constexpr std::array<AttributeKind, 14> attribute_kinds{{{1, 2, "FLOAT"},
-                                                                {2, 3, "INT"},
-                                                                {3, 4, "STRING"},
-                                                                {4, 5, "TENSOR"},
-                                                                {5, 6, "GRAPH"},
-                                                                {6, 7, "FLOATS"},
-                                                                {7, 8, "INTS"},
-                                                                {8, 9, "STRINGS"},
-                                                                {9, 10, "TENSORS"},
-                                                                {10, 11, "GRAPHS"},
-                                                                {11, 22, "SPARSE_TENSOR"},
-                                                                {12, 23, "SPARSE_TENSORS"},
-                                                                {13, 14, "TYPE_PROTO"},
-                                                                {14, 15, "TYPE_PROTOS"}}};
+inline constexpr AttributeKind attribute_kinds[] = {{1, 2, "FLOAT"},
+                                                    {2, 3, "INT"},
+                                                    {3, 4, "STRING"},
+                                                    {4, 5, "TENSOR"},
+                                                    {5, 6, "GRAPH"},
+                                                    {6, 7, "FLOATS"},
+                                                    {7, 8, "INTS"},
+                                                    {8, 9, "STRINGS"},
+                                                    {9, 10, "TENSORS"},
+                                                    {10, 11, "GRAPHS"},
+                                                    {11, 22, "SPARSE_TENSOR"},
+                                                    {12, 23, "SPARSE_TENSORS"},
+                                                    {13, 14, "TYPE_PROTO"},
+                                                    {14, 15, "TYPE_PROTOS"}};
 
 class AttributeReader {
  public:
@@ -58,14 +58,9 @@ class AttributeReader {
   void read_name_and_type() {
     ProtobufMessage message = message_;
     while (message.next()) {
-      if (message.tag() == 1) {
-        name_ = message.bytes("name");
-      } else if (message.tag() == 20) {
-        type_ = message.integer("type");
-      } else {
-        if (const AttributeKind* kind = kind_of_field(message.tag())) add_field(message, *kind);
-        message.skip();
-      }
+      if (message.tag() == 1) name_ = message.bytes("name");
+      if (message.tag() == 20) type_ = message.integer("type");
+      if (const AttributeKind* kind = kind_of_field(message.tag())) add_field(message, *kind);
     }
   }
 
@@ -112,35 +107,25 @@ class AttributeReader {
   }
 
   void read_value(ProtobufMessage& message, nn::Attribute& value) {
-    switch (message.tag()) {
-      case 2:
-        value = static_cast<double>(message.number("f"));
-        break;
-      case 3:
-        value = message.integer("i");
-        break;
-      case 4:
-        value = std::string(message.bytes("s"));
-        break;
-      case 5:
-        value = read_tensor(message.message("t", message_.place() + ", tensor"), external_).constant;
-        break;
-      case 6:
-        value = read_subgraph(message.message("g", message_.place() + ", graph"), external_, records_);
-        break;
-      case 7:
-        message.each_float("floats", [&list = std::get<std::vector<double>>(value)](float number) {
-          list.push_back(static_cast<double>(number));
-        });
-        break;
-      case 8:
-        message.each_integer("ints", [&list = std::get<std::vector<std::int64_t>>(value)](
-                                         std::int64_t number) { list.push_back(number); });
-        break;
-      default:
-        records_.count(message);
-        std::get<std::vector<std::string>>(value).emplace_back(message.bytes("strings"));
-    }
+    const std::uint32_t tag = message.tag();
+    if (tag == 2) value = static_cast<double>(message.number("f"));
+    if (tag == 3) value = message.integer("i");
+    if (tag == 4) value = std::string(message.bytes("s"));
+    if (tag == 5)
+      value = read_tensor(message.message("t", message_.place() + ", tensor"), external_).constant;
+    if (tag == 6)
+      value = read_subgraph(message.message("g", message_.place() + ", graph"), external_, records_);
+    if (tag == 7)
+      message.each_number<float>("floats", [&list = std::get<std::vector<double>>(value)](float number) {
+        list.push_back(static_cast<double>(number));
+      });
+    if (tag == 8)
+      message.each_integer("ints", [&list = std::get<std::vector<std::int64_t>>(value)](std::int64_t number) {
+        list.push_back(number);
+      });
+    if (tag != 9) return;
+    records_.count(message);
+    std::get<std::vector<std::string>>(value).emplace_back(message.bytes("strings"));
   }
 
   ProtobufMessage message_;

@@ -31,13 +31,8 @@ class ExternalData {
     std::string_view key;
     std::string_view value;
     while (entry.next()) {
-      if (entry.tag() == 1) {
-        key = entry.bytes("key");
-      } else if (entry.tag() == 2) {
-        value = entry.bytes("value");
-      } else {
-        entry.skip();
-      }
+      if (entry.tag() == 1) key = entry.bytes("key");
+      if (entry.tag() == 2) value = entry.bytes("value");
     }
     if (key == "location") reference.location = value;
     if (key == "offset") reference.offset = whole_number(entry, key, value);

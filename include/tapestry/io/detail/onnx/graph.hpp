@@ -153,38 +153,21 @@ class GraphReader {
     const auto place = [](const char* kind, std::size_t number) {
       return kind + (" " + std::to_string(number));
     };
-    switch (message.tag()) {
-      case 1:
-        records_.count(message);
-        nodes_.push_back(
-            read_node(message.message("node", place("node", nodes_.size())), external_, records_));
-        break;
-      case 5: {
-        records_.count(message);
-        add_initialiser(message.message("initializer", place("initialiser", description_.constants.size())),
-                        external_, description_.constants);
-        break;
-      }
-      case 11:
-        records_.count(message);
-        inputs_.push_back(message.message("input", place("input", inputs_.size())));
-        break;
-      case 12: {
-        records_.count(message);
-        const auto output = message.message("output", place("output", description_.outputs.size()));
-        description_.outputs.push_back(read_output(output));
-        note_stated_shape(output, description_);
-        break;
-      }
-      case 13:
-        records_.count(message);
-        note_stated_shape(message.message("value_info", "value_info"), description_);
-        break;
-      case 15:
-        message.fail("sparse initialisers are not supported");
-      default:
-        message.skip();
+    const std::uint32_t tag = message.tag();
+    if (tag == 1 || tag == 5 || (tag >= 11 && tag <= 13)) records_.count(message);
+    if (tag == 1)
+      nodes_.push_back(read_node(message.message("node", place("node", nodes_.size())), external_, records_));
+    if (tag == 5)
+      add_initialiser(message.message("initializer", place("initialiser", description_.constants.size())),
+                      external_, description_.constants);
+    if (tag == 11) inputs_.push_back(message.message("input", place("input", inputs_.size())));
+    if (tag == 12) {
+      const auto output = message.message("output", place("output", description_.outputs.size()));
+      description_.outputs.push_back(read_output(output));
+      note_stated_shape(output, description_);
     }
+    if (tag == 13) note_stated_shape(message.message("value_info", "value_info"), description_);
+    if (tag == 15) message.fail("sparse initialisers are not supported");
   }
 
   /// Inputs with an initialiser are constants, because files before version 4 list all initialisers as

@@ -39,25 +39,11 @@ class NodeReader {
   void read_names() {
     ProtobufMessage message = message_;
     while (message.next()) {
-      switch (message.tag()) {
-        case 1:
-          add_name(message, "input", node_.inputs);
-          break;
-        case 2:
-          add_name(message, "output", node_.outputs);
-          break;
-        case 3:
-          node_.name = message.bytes("name");
-          break;
-        case 4:
-          operation_ = message.bytes("op_type");
-          break;
-        case 7:
-          domain_ = message.bytes("domain");
-          break;
-        default:
-          message.skip();
-      }
+      if (message.tag() == 1) add_name(message, "input", node_.inputs);
+      if (message.tag() == 2) add_name(message, "output", node_.outputs);
+      if (message.tag() == 3) node_.name = message.bytes("name");
+      if (message.tag() == 4) operation_ = message.bytes("op_type");
+      if (message.tag() == 7) domain_ = message.bytes("domain");
     }
   }
 

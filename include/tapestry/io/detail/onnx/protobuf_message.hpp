@@ -25,18 +25,16 @@ class ProtobufMessage {
   ProtobufMessage(const ProtobufFile& file, std::string place)
       : ProtobufMessage(file, std::move(place), file.bytes) {}
 
-  /// Moves to the next field; false after the last.
+  /// Moves to the next field, and skips one that was not read; false after the last.
   /// \throws FileError (malformed) if the bytes there are no field, or the field extends beyond the message
   [[nodiscard]] bool next() {
+    if (std::exchange(is_unread_, false)) decoded([&] { reader_.skip(); });
     begin_ = offset_of(reader_.data().data());
-    const bool is_there = decoded([&] { return reader_.next(); });
-    if (is_there) require_whole_field();
-    return is_there;
+    is_unread_ = decoded([&] { return reader_.next(); });
+    if (is_unread_) require_whole_field();
+    return is_unread_;
   }
   [[nodiscard]] std::uint32_t tag() const { return reader_.tag(); }
-  void skip() {
-    decoded([&] { reader_.skip(); });
-  }
 
   /// Whether the field is bytes with a length: a message, a text or a packed list.
   [[nodiscard]] bool holds_bytes() const {
@@ -70,17 +68,23 @@ class ProtobufMessage {
     while (at != end)
       visit(decoded([&] { return static_cast<std::int64_t>(protozero::decode_varint(&at, end)); }));
   }
-  /// Calls visit(float) for each number of a repeated field, packed or not.
-  template <class Visit>
-  void each_float(std::string_view field, Visit visit) {
-    each_fixed<std::uint32_t>(protozero::pbf_wire_type::fixed32, field,
-                              [&](std::uint32_t word) { visit(std::bit_cast<float>(word)); });
-  }
-  /// Calls visit(double) for each number of a repeated field, packed or not.
-  template <class Visit>
-  void each_double(std::string_view field, Visit visit) {
-    each_fixed<std::uint64_t>(protozero::pbf_wire_type::fixed64, field,
-                              [&](std::uint64_t word) { visit(std::bit_cast<double>(word)); });
+  /// Calls visit(Number) for each float or double of a repeated field, packed or not.
+  template <class Number, class Visit>
+  void each_number(std::string_view field, Visit visit) {
+    using Word = std::conditional_t<sizeof(Number) == 4, std::uint32_t, std::uint64_t>;
+    const auto number_at = [](const char* at) {
+      return std::bit_cast<Number>(little_endian_word<Word>(reinterpret_cast<const std::byte*>(at)));
+    };
+    if (reader_.has_wire_type(sizeof(Word) == 4 ? protozero::pbf_wire_type::fixed32
+                                                : protozero::pbf_wire_type::fixed64)) {
+      return visit(number_at(reader_.data().data()));
+    }
+    const std::string_view packed = bytes(field);
+    if (packed.size() % sizeof(Word) != 0)
+      fail("field " + std::string(field) + " is cut",
+           "a multiple of " + std::to_string(sizeof(Word)) + " bytes",
+           std::to_string(packed.size()) + " bytes");
+    for (std::size_t i = 0; i < packed.size(); i += sizeof(Word)) visit(number_at(packed.data() + i));
   }
 
   [[nodiscard]] const std::string& place() const { return place_; }
@@ -119,7 +123,8 @@ class ProtobufMessage {
     return type == protozero::pbf_wire_type::fixed64 ? "eight bytes" : "bytes with their length";
   }
 
-  void require(protozero::pbf_wire_type type, std::string_view field) const {
+  void require(protozero::pbf_wire_type type, std::string_view field) {
+    is_unread_ = false;
     if (!reader_.has_wire_type(type))
       fail("field " + std::string(field) + " has another wire type", wire_name(type),
            wire_name(reader_.wire_type()));
@@ -156,29 +161,12 @@ class ProtobufMessage {
         std::to_string(size) + " bytes there", std::to_string(left));
   }
 
-  template <class Word, class Visit>
-  void each_fixed(protozero::pbf_wire_type type, std::string_view field, Visit visit) {
-    const auto word_at = [](const char* at) {
-      return little_endian_word<Word>(reinterpret_cast<const std::byte*>(at));
-    };
-    if (reader_.has_wire_type(type)) {
-      const char* const at = reader_.data().data();
-      reader_.skip();
-      return visit(word_at(at));
-    }
-    const std::string_view packed = bytes(field);
-    if (packed.size() % sizeof(Word) != 0)
-      fail("field " + std::string(field) + " is cut",
-           "a multiple of " + std::to_string(sizeof(Word)) + " bytes",
-           std::to_string(packed.size()) + " bytes");
-    for (std::size_t i = 0; i < packed.size(); i += sizeof(Word)) visit(word_at(packed.data() + i));
-  }
-
   const ProtobufFile* file_;
   protozero::pbf_reader reader_;
   std::string place_;
   std::uint64_t message_begin_;
-  std::uint64_t begin_;  ///< begin of the current field
+  std::uint64_t begin_;     ///< begin of the current field
+  bool is_unread_ = false;  ///< whether the current field was not read
 };
 
 /// Limits on the content of an ONNX model.
@@ -189,14 +177,10 @@ struct OnnxLimits {
 };
 
 namespace detail {
-/// Visits a message at its fields of this number.
 template <class Visit>
 void each_field(ProtobufMessage message, std::uint32_t tag, Visit visit) {
   while (message.next())
-    if (message.tag() == tag)
-      visit(message);
-    else
-      message.skip();
+    if (message.tag() == tag) visit(message);
 }
 }  // namespace detail
 

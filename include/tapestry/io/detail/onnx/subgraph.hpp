@@ -31,32 +31,24 @@ class SubgraphReader {
       records_.count(message);
       return message.message(field, message_.place() + ", " + field);
     };
-    switch (message.tag()) {
-      case 1: {
-        records_.count(message);
-        const std::string place = message_.place() + ", node " + std::to_string(nodes_.size());
-        nodes_.push_back(read_node(message.message("node", place), external_, records_));
-        break;
-      }
-      case 5:
-        records_.count(message);
-        add_initialiser(message.message("initializer", message_.place() + ", initialiser"), external_,
-                        graph_.constants);
-        break;
-      case 11:
-        graph_.inputs.push_back(name_within(value_in("input")));
-        break;
-      case 12: {
-        const ProtobufMessage output = value_in("output");
-        graph_.outputs.push_back(name_within(output));
-        if (const auto type = stated_type(output)) graph_.output_types.push_back(*type);
-        break;
-      }
-      case 15:
-        message.fail("sparse initialisers are not supported");
-      default:
-        message.skip();
+    const std::uint32_t tag = message.tag();
+    if (tag == 1) {
+      records_.count(message);
+      const std::string place = message_.place() + ", node " + std::to_string(nodes_.size());
+      nodes_.push_back(read_node(message.message("node", place), external_, records_));
     }
+    if (tag == 5) {
+      records_.count(message);
+      add_initialiser(message.message("initializer", message_.place() + ", initialiser"), external_,
+                      graph_.constants);
+    }
+    if (tag == 11) graph_.inputs.push_back(name_within(value_in("input")));
+    if (tag == 12) {
+      const ProtobufMessage output = value_in("output");
+      graph_.outputs.push_back(name_within(output));
+      if (const auto type = stated_type(output)) graph_.output_types.push_back(*type);
+    }
+    if (tag == 15) message.fail("sparse initialisers are not supported");
   }
 
   void add(PlacedNode& placed) {

@@ -14,7 +14,6 @@ struct NamedConstant {
 
 namespace detail {
 
-/// Fields of a TensorProto beside its elements.
 struct TensorFields {
   std::string_view name{};
   nn::Shape shape{};
@@ -57,34 +56,16 @@ class TensorReader {
   }
 
   void read_field(ProtobufMessage& message) {
-    switch (message.tag()) {
-      case 1:
-        message.each_integer("dims", [&](std::int64_t extent) { add_extent(message, extent); });
-        break;
-      case 2:
-        fields_.type = static_cast<OnnxType>(message.integer("data_type"));
-        break;
-      case 3:
-        message.fail("a tensor in segments is not supported");
-      case 8:
-        fields_.name = message.bytes("name");
-        break;
-      case 9:
-        fields_.raw = message.bytes("raw_data");
-        break;
-      case 14:
-        fields_.is_external = message.integer("data_location") == 1;
-        break;
-      case float_data:
-      case int32_data:
-      case int64_data:
-      case double_data:
-      case uint64_data:
-        add_typed_field(message);
-        break;
-      default:
-        message.skip();
-    }
+    const std::uint32_t tag = message.tag();
+    if (tag == 1) message.each_integer("dims", [&](std::int64_t extent) { add_extent(message, extent); });
+    if (tag == 2) fields_.type = static_cast<OnnxType>(message.integer("data_type"));
+    if (tag == 3) message.fail("a tensor in segments is not supported");
+    if (tag == 8) fields_.name = message.bytes("name");
+    if (tag == 9) fields_.raw = message.bytes("raw_data");
+    if (tag == 14) fields_.is_external = message.integer("data_location") == 1;
+    if (tag == float_data || tag == int32_data || tag == int64_data || tag == double_data ||
+        tag == uint64_data)
+      add_typed_field(message);
   }
 
   void add_extent(const ProtobufMessage& message, std::int64_t extent) {
@@ -94,13 +75,12 @@ class TensorReader {
     fields_.shape.push_back(static_cast<std::size_t>(extent));
   }
 
-  void add_typed_field(ProtobufMessage& message) {
+  void add_typed_field(const ProtobufMessage& message) {
     if (fields_.typed_field != 0 && fields_.typed_field != message.tag())
       message.fail(
           "elements in two fields", "one",
           std::string(field_name(fields_.typed_field)) + " and " + std::string(field_name(message.tag())));
     fields_.typed_field = message.tag();
-    message.skip();
   }
 
   void check_fields() const {
@@ -129,7 +109,9 @@ class TensorReader {
       const auto bytes = external_.read(read_reference(), raw_size(fields_.type, fields_.count), message_);
       return values_from_raw(fields_.type, bytes, count);
     }
-    if (fields_.typed_field != 0) return read_typed();
+    if (fields_.typed_field == float_data) return read_numbers<float>();
+    if (fields_.typed_field == double_data) return read_numbers<double>();
+    if (fields_.typed_field != 0) return read_integers();
     const std::string_view raw = fields_.raw.value_or(std::string_view());
     return values_from_raw(fields_.type, std::as_bytes(std::span<const char>(raw.data(), raw.size())), count);
   }
@@ -142,24 +124,14 @@ class TensorReader {
     return reference;
   }
 
-  [[nodiscard]] ConstantValues read_typed() {
-    if (fields_.typed_field == float_data) {
-      std::vector<float> values;
-      each_field(message_, fields_.typed_field, [&](ProtobufMessage& message) {
-        message.each_float("float_data", [&](float value) { values.push_back(value); });
-      });
-      require_count(values.size(), fields_.count);
-      return values;
-    }
-    if (fields_.typed_field == double_data) {
-      std::vector<double> values;
-      each_field(message_, fields_.typed_field, [&](ProtobufMessage& message) {
-        message.each_double("double_data", [&](double value) { values.push_back(value); });
-      });
-      require_count(values.size(), fields_.count);
-      return values;
-    }
-    return read_integers();
+  template <class Number>
+  [[nodiscard]] ConstantValues read_numbers() {
+    std::vector<Number> values;
+    each_field(message_, fields_.typed_field, [&](ProtobufMessage& message) {
+      message.each_number<Number>(field_name(message.tag()), [&](Number value) { values.push_back(value); });
+    });
+    require_count(values.size(), fields_.count);
+    return values;
   }
 
   /// Converts integers to the byte order of raw_data, so that one conversion serves both.
@@ -201,6 +173,16 @@ class TensorReader {
   TensorFields fields_{};
 };
 
+/// Adds an initialiser of a graph to its constants.
+/// \throws FileError (malformed) for one without a name, or with another's name; as read_tensor()
+inline void add_initialiser(const ProtobufMessage& message, ExternalData& external,
+                            std::map<std::string, nn::Constant>& constants) {
+  NamedConstant tensor = TensorReader(message, external).read();
+  if (tensor.name.empty()) message.fail_whole("initialiser without a name");
+  if (!constants.try_emplace(tensor.name, std::move(tensor.constant)).second)
+    message.fail_whole("two initialisers " + in_quotes(tensor.name));
+}
+
 }  // namespace detail
 
 /// A TensorProto: extents, type and elements. FLOAT, FLOAT16 and BFLOAT16 become floats, all other types
@@ -212,19 +194,5 @@ class TensorReader {
 [[nodiscard]] inline NamedConstant read_tensor(const ProtobufMessage& message, ExternalData& external) {
   return detail::TensorReader(message, external).read();
 }
-
-namespace detail {
-
-/// Adds an initialiser of a graph to its constants.
-/// \throws FileError (malformed) for one without a name, or with another's name; as read_tensor()
-inline void add_initialiser(const ProtobufMessage& message, ExternalData& external,
-                            std::map<std::string, nn::Constant>& constants) {
-  NamedConstant tensor = read_tensor(message, external);
-  if (tensor.name.empty()) message.fail_whole("initialiser without a name");
-  if (!constants.try_emplace(tensor.name, std::move(tensor.constant)).second)
-    message.fail_whole("two initialisers " + in_quotes(tensor.name));
-}
-
-}  // namespace detail
 
 }  // namespace tapestry::io

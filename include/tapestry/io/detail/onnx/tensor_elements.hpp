@@ -101,7 +101,6 @@ inline constexpr std::uint32_t int64_data = 7;
 inline constexpr std::uint32_t double_data = 10;
 inline constexpr std::uint32_t uint64_data = 11;
 
-/// The name of one of these fields.
 [[nodiscard]] constexpr std::string_view field_name(std::uint32_t field) {
   if (field == float_data) return "float_data";
   if (field == int32_data) return "int32_data";

@@ -49,19 +49,14 @@ inline void read_shape(const ProtobufMessage& message, nn::InputDescription& inp
   });
 }
 
-/// A TypeProto.Tensor.
 inline void read_tensor_type(ProtobufMessage message, nn::InputDescription& input) {
   bool has_shape = false;
   auto type = OnnxType::undefined;
   while (message.next()) {
-    if (message.tag() == 1) {
-      type = static_cast<OnnxType>(message.integer("elem_type"));
-    } else if (message.tag() == 2) {
-      if (std::exchange(has_shape, true)) message.fail("two shapes");
-      read_shape(message.message("shape", message.place()), input);
-    } else {
-      message.skip();
-    }
+    if (message.tag() == 1) type = static_cast<OnnxType>(message.integer("elem_type"));
+    if (message.tag() != 2) continue;
+    if (std::exchange(has_shape, true)) message.fail("two shapes");
+    read_shape(message.message("shape", message.place()), input);
   }
   if (!is_supported(type))
     message.fail_whole("element type is not supported", supported_onnx_types, name_of(type));
@@ -69,7 +64,6 @@ inline void read_tensor_type(ProtobufMessage message, nn::InputDescription& inpu
   input.type = facts_of(type).meaning;
 }
 
-/// A TypeProto.
 inline void read_type(ProtobufMessage message, nn::InputDescription& input) {
   bool is_tensor = false;
   while (message.next()) {
@@ -77,9 +71,7 @@ inline void read_type(ProtobufMessage message, nn::InputDescription& input) {
     if (tag == 1) {
       if (std::exchange(is_tensor, true)) message.fail("two types");
       read_tensor_type(message.message("tensor_type", message.place()), input);
-    } else if (tag == 6) {  // denotation
-      message.skip();
-    } else {
+    } else if (tag != 6) {  // 6: denotation
       message.fail("type is not supported", "a tensor",
                    tag == 4   ? "a sequence"
                    : tag == 5 ? "a map"

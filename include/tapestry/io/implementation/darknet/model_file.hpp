@@ -49,6 +49,17 @@ inline void parse_net(SectionReader& reader, detect::NetworkConfig& config) {
   return found->second;
 }
 
+template <std::floating_point T>
+[[nodiscard]] LoadedModel<T> with_weights(const detect::NetworkConfig& config, const std::string& weights,
+                                          std::size_t input_height, std::size_t input_width) {
+  const WeightFile file = read_weight_file(weights, config, layout_of(config, input_height, input_width));
+  LoadedModel<T> loaded{{config, cast<T>(file.parameters), input_height, input_width}};
+  loaded.model.set_images_seen(file.images_seen);
+  for (const auto& more : {config.warnings, detect::decode_warnings(config), file.warnings})
+    loaded.warnings.insert(loaded.warnings.end(), more.begin(), more.end());
+  return loaded;
+}
+
 }  // namespace detail
 
 template <std::floating_point T>
@@ -81,35 +92,17 @@ template <std::floating_point T>
 LoadedModel<T> read_darknet_model(const std::string& cfg, const std::string& weights,
                                   std::size_t input_height, std::size_t input_width,
                                   std::optional<detect::DecodeFamily> decode) {
-  std::vector<std::string> warnings;
-  const auto keep = [&](const std::vector<std::string>& more) {
-    warnings.insert(warnings.end(), more.begin(), more.end());
-  };
   if (is_onnx(weights)) return darknet_model<T>(read_onnx(weights), cfg, input_height, input_width, decode);
   if (cfg.empty()) throw Error(ErrorKind::usage, {weights, ": Darknet weights need their cfg file"});
   auto config = read_network_config(cfg);
   if (decode) config = detect::with_decode(std::move(config), *decode);
-  keep(config.warnings);
-  keep(detect::decode_warnings(config));
-  const WeightFile file =
-      read_weight_file(weights, config, detail::layout_of(config, input_height, input_width));
-  keep(file.warnings);
-  detect::DarknetModel<T> model(std::move(config), cast<T>(file.parameters), input_height, input_width);
-  model.set_images_seen(file.images_seen);
-  return {std::move(model), std::move(warnings)};
+  return detail::with_weights<T>(config, weights, input_height, input_width);
 }
 
 template <std::floating_point T>
 LoadedModel<T> read_classifier(const std::string& cfg, const std::string& weights, std::size_t input_height,
                                std::size_t input_width) {
-  auto config = read_classifier_config(cfg);
-  std::vector<std::string> warnings = config.warnings;
-  const WeightFile file =
-      read_weight_file(weights, config, detail::layout_of(config, input_height, input_width));
-  warnings.insert(warnings.end(), file.warnings.begin(), file.warnings.end());
-  detect::DarknetModel<T> model(std::move(config), cast<T>(file.parameters), input_height, input_width);
-  model.set_images_seen(file.images_seen);
-  return {std::move(model), std::move(warnings)};
+  return detail::with_weights<T>(read_classifier_config(cfg), weights, input_height, input_width);
 }
 
 }  // namespace tapestry::io

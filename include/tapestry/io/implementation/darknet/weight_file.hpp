@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/core/finite.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detail/number_formats.hpp>
@@ -40,7 +39,6 @@ std::string describe(const detect::NetworkConfig& config, const detect::Paramete
   return 0;
 }
 
-/// Error for a file that ends before the last parameter.
 [[nodiscard]] inline FileError cut_weights(const RegularFile& file, const detect::NetworkConfig& config,
                                            const detect::ParameterLayout& layout, std::uint64_t header) {
   const std::uint64_t floats = file.size() > header ? (file.size() - header) / 4 : 0;

@@ -5,7 +5,6 @@
 namespace tapestry::io {
 namespace detail {
 
-/// Reads a ModelProto: its graph and the fields beside it.
 class ModelReader {
  public:
   ModelReader(const ProtobufFile& file, const OnnxLimits& limits)
@@ -39,32 +38,15 @@ class ModelReader {
   }
 
   void read_field(ProtobufMessage& message) {
-    switch (message.tag()) {
-      case 1:
-        ir_version_ = message.integer("ir_version");
-        break;
-      case 2:
-        (void)message.bytes("producer_name");
-        break;
-      case 3:
-        (void)message.bytes("producer_version");
-        break;
-      case 7:
-        if (graph_) message.fail("two graphs");
-        graph_ = message.message("graph", "the graph");
-        break;
-      case 8:
-        read_opset(message.message("opset_import", "opset_import"));
-        break;
-      case 14:
-        read_metadata(message.message("metadata_props", "metadata_props"));
-        break;
-      case 25:
-        check_function(message.message("functions", "functions"));
-        break;
-      default:
-        message.skip();
-    }
+    const std::uint32_t tag = message.tag();
+    if (tag == 1) ir_version_ = message.integer("ir_version");
+    if (tag == 2) (void)message.bytes("producer_name");
+    if (tag == 3) (void)message.bytes("producer_version");
+    if (tag == 7 && graph_) message.fail("two graphs");
+    if (tag == 7) graph_ = message.message("graph", "the graph");
+    if (tag == 8) read_opset(message.message("opset_import", "opset_import"));
+    if (tag == 14) read_metadata(message.message("metadata_props", "metadata_props"));
+    if (tag == 25) check_function(message.message("functions", "functions"));
   }
 
   /// Reads an operator set. The highest of several versions counts, as onnx.proto requires.
@@ -130,20 +112,14 @@ struct ElementSpan {
 [[nodiscard]] inline ElementSpan element_span(ProtobufMessage tensor, const std::string& name) {
   ElementSpan span;
   while (tensor.next()) {
-    if (tensor.tag() == 2) {
-      span.type = static_cast<OnnxType>(tensor.integer("data_type"));
-    } else if (tensor.tag() == 8) {
-      span.name = tensor.bytes("name");
-    } else if (tensor.tag() == 14) {
-      span.is_outside = tensor.integer("data_location") == 1;
-    } else if (tensor.tag() == 9 || (tensor.tag() == float_data && tensor.holds_bytes())) {
-      const std::string_view bytes = tensor.bytes("elements");
-      if (bytes.empty()) continue;
-      span.bytes = bytes;
-      ++span.pieces;
-    } else {
-      tensor.skip();
-    }
+    if (tensor.tag() == 2) span.type = static_cast<OnnxType>(tensor.integer("data_type"));
+    if (tensor.tag() == 8) span.name = tensor.bytes("name");
+    if (tensor.tag() == 14) span.is_outside = tensor.integer("data_location") == 1;
+    if (tensor.tag() != 9 && (tensor.tag() != float_data || !tensor.holds_bytes())) continue;
+    const std::string_view bytes = tensor.bytes("elements");
+    if (bytes.empty()) continue;
+    span.bytes = bytes;
+    ++span.pieces;
   }
   if (!name.empty()) span.name = name;
   return span;

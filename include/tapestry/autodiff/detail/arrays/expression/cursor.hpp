@@ -1,10 +1,8 @@
 #pragma once
 #include <tapestry/autodiff/detail/arrays/expression/node.hpp>
-#include <tapestry/core/block_loop.hpp>
 
 namespace tapestry::detail {
 
-/// One pass over the elements of an expression.
 template <class T, std::size_t Rank, class Adjoints>
 struct ElementPass {
   const RowPlan<Rank>& plan;

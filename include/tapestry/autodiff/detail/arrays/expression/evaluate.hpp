@@ -65,7 +65,6 @@ template <class E>
                     node.leaves());
 }
 
-/// Values that are kept for the pullback.
 template <ArrayExpression E>
 [[nodiscard]] std::shared_ptr<Array<typename E::ArrayScalar, 1>> make_kept(const E& node, std::size_t size) {
   if (size == 0 || !is_active_expression(node)) return nullptr;

@@ -56,7 +56,6 @@ struct ConstantView : ArrayView<T, Whole, Rank> {
   [[nodiscard]] std::tuple<> leaves() const { return {}; }
 };
 
-/// A scalar variable beside arrays.
 template <class T>
 struct ScalarNode {
   using ArrayScalar = T;
@@ -67,7 +66,6 @@ struct ScalarNode {
   [[nodiscard]] std::tuple<Variable<T>> leaves() const { return {variable}; }
 };
 
-/// A number beside arrays.
 template <class T>
 struct NumberNode {
   using ArrayScalar = T;
@@ -136,7 +134,6 @@ class ArrayUnary {
   X x;
 };
 
-/// f(x, y) element by element.
 template <class Operation, class X, class Y>
 class ArrayBinary {
  public:
@@ -148,7 +145,6 @@ class ArrayBinary {
   static constexpr std::size_t kept_count = X::kept_count + Y::kept_count + (is_costly<Operation> ? 1 : 0);
   static constexpr bool may_be_active = !HasNoDerivative<Operation> && (X::may_be_active || Y::may_be_active);
 
-  /// \throws ShapeError if the extents do not go together
   ArrayBinary(const char* name, X left, Y right) : x(std::move(left)), y(std::move(right)) {
     if constexpr (is_scalar_node<X> || X::rank != rank) {
       extents_ = y.shape();
@@ -208,7 +204,6 @@ inline constexpr bool is_costly_node<ArrayUnary<Operation, X>> = is_costly<Opera
 template <class Operation, class X, class Y>
 inline constexpr bool is_costly_node<ArrayBinary<Operation, X, Y>> = is_costly<Operation>;
 
-/// A view of all of an array.
 template <class T, std::size_t Rank>
 [[nodiscard]] ArrayView<T, Rank, Rank> whole_view(ArrayVariable<T, Rank> x) {
   const Extents<Rank> extents = x.shape();

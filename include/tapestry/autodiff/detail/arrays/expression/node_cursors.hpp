@@ -21,7 +21,6 @@ template <class Operation, class T>
   }
 }
 
-/// f(x) in registers.
 template <class Operation, class XReader, class T, bool x_may_be_active>
 struct UnaryReader {
   [[no_unique_address]] Operation operation;
@@ -41,7 +40,6 @@ struct UnaryReader {
   }
 };
 
-/// f(x, y) in registers.
 template <class Operation, class XReader, class YReader, class T, bool x_may_be_active, bool y_may_be_active>
 struct BinaryReader {
   XReader x;
@@ -64,7 +62,6 @@ struct BinaryReader {
   }
 };
 
-/// x or y in registers.
 template <class MReader, class XReader, class YReader, class T, bool x_may_be_active, bool y_may_be_active>
 struct WhereReader {
   MReader mask;

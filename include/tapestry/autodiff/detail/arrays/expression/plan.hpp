@@ -1,7 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/detail/arrays/adjoint_lane.hpp>  // count_of
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 
 namespace tapestry::detail {
 
