@@ -1,8 +1,7 @@
 // Measures a finished camouflage, with its own detector or another one, or a detector on labelled pictures.
 
 #include "shell/dataset_evaluation.hpp"
-#include "shell/foreign_detections.hpp"
-#include "shell/protocol/run.hpp"
+#include "shell/protocol/foreign.hpp"
 #include "shell/reshaped_views.hpp"
 
 namespace {
@@ -391,8 +390,9 @@ int survey_frames(Options& options) {
 /// Writes tables of another program's detections, as survey_frames() does of its own.
 int survey_detections(const CLI::App& app, const Options& options) {
   for (const auto* option : app.get_options()) {
-    const std::vector<std::string> known{"--pictures", "--detections", "--confidence", "--sweep",  "--output",
-                                         "--run",      "--threads",    "--quiet",      "--verbose"};
+    const std::vector<std::string> known{"--pictures", "--detections", "--confidence", "--nms",
+                                         "--sweep",    "--output",     "--run",        "--threads",
+                                         "--quiet",    "--verbose"};
     if (option->count() > 0 && option->get_configurable() &&
         std::ranges::find(known, option->get_name()) == known.end())
       throw Error(ErrorKind::usage, option->get_name() + " has no part in --detections");
@@ -405,11 +405,19 @@ int survey_detections(const CLI::App& app, const Options& options) {
   auto exported = read_exported_pictures(options.pictures);
   if (!options.camouflage.run.empty())
     require_pictures_of(options.camouflage.run, exported.about, options.pictures);
-  read_detections(options.detections, exported);
+  std::optional<double> nms;
+  if (app.get_option("--nms")->count() > 0) nms = options.detector.nms;
+  read_detections(options.detections, exported, nms);
+  if (exported.are_of_protocol()) {
+    if (app.get_option("--sweep")->count() > 0)
+      throw Error(ErrorKind::usage, "--sweep has no part in the pictures of a protocol");
+    return evaluate_foreign_protocol(
+        {options.pictures, options.detections, options.detector.confidence, nms, options.output}, exported);
+  }
   RunReport report = report_of(exported, {options.detector.confidence, options.detector.nms, options.sweep});
   report.options["confidence"] = options.detector.confidence;
   report.options["detections"] = options.detections;
-  std::cout << summary_text(report);
+  std::cout << summary_text(report) << words_on_floor(exported, report.survey) << '\n';
   Json metrics = metrics_json(report);
   metrics["inputs"] = recorded_inputs();
   print_sweep(options.sweep, report, metrics);
@@ -425,8 +433,9 @@ int survey_detections(const CLI::App& app, const Options& options) {
 }
 
 int run(const CLI::App& app, Options& options) {
-  if (Ranks::all().count() > 1 && options.protocol.protocol.empty())
-    throw Error(ErrorKind::usage, "several ranks of mpirun can share the work of --protocol only");
+  if (Ranks::all().count() > 1 && (options.protocol.protocol.empty() || !options.pictures.empty()))
+    throw Error(ErrorKind::usage,
+                "several ranks of mpirun can share the work of --protocol without --pictures only");
   if (!options.dataset.dataset.empty()) return evaluate_dataset(app, options.dataset, options.detector);
   if (!options.detections.empty()) return survey_detections(app, options);
   require_consistent(app, options);
@@ -444,6 +453,7 @@ int run(const CLI::App& app, Options& options) {
                             options.clean_only ? CamouflageSource() : options.camouflage,
                             options.seed,
                             options.output,
+                            options.pictures,
                             {options.camouflage.run, options.accept_changed_inputs, !options.clean_only}});
 }
 }  // namespace

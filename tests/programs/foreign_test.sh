@@ -103,4 +103,39 @@ awk 'BEGIN { RS = "\"bbox\":[[ ]*"; ORS = "" } NR == 1 { print; next }
   { end = index($0, "]"); split(substr($0, 1, end - 1), n, ","); printf "\"bbox\": [%.6f, %.6f, %.6f, %.6f]", n[1], n[2], n[1] + n[3], n[2] + n[4]
     print substr($0, end + 1) }' results.json >corners.json
 expect_refusal 4 '^error: corners.json: bbox looks like left, top, right, bottom: .* boxes lie over their car.*; expected left, top, width, height' "corners" "$evaluate" --pictures pictures --detections corners.json
+
+# A protocol in pictures: our own boxes without suppression, read back from a file, make every cell of our own tables; --results
+# cuts boxes at the picture, which near these cars it need not.
+mkdir few && cp frames/00[0-3].npz few
+expect_exit 0 "a second seed" "$programs/camouflage" --frames frames --texels 32 --epochs 1 --seed 2 --output second
+measured_twice() { # PROTOCOL RUN LEAST OPTION...
+  local of=$1-$2
+  expect_exit 0 "pictures of $of" "$evaluate" --run "$2" --protocol "$1" --quick --controls matched --size 128 "${@:4}" --pictures "$of" --output "$of-own"
+  expect_exit 0 "boxes in $of" "$evaluate" --dataset "$of/instances.json" --size 128 --confidence "$3" --nms 1 --most-detections 10000 \
+    --results far.json
+  expect_exit 0 "tables of $of" "$evaluate" --pictures "$of" --detections far.json --nms 0.45 --run "$2" --output "$of-far"
+  sed 's/^photographs,detector/photographs,far/' "$of-own/$1.csv" >own.csv
+  expect_same own.csv "$of-far/$1.csv"
+}
+measured_twice digital run 0 --frames few --noise-draws 2
+measured_twice digital second 0 --frames few --noise-draws 2
+measured_twice physical run 1e-4
+expect_same physical-run-own/frames.csv physical-run-far/frames.csv
+for by in own far; do
+  expect_exit 0 "a table by $by" "$programs/tabulate" --output table-$by a=digital-run-$by,digital-second-$by
+  sed 's/,detector,/,far,/' table-$by/table.csv >$by.csv
+done
+expect_same own.csv far.csv
+awk -F , '$3 == "adversarial" && $4 == 2 && $6 == 8 || $3 == "matched noise" && $5 == 2 || $3 == "picture noise" { rows++ } END { exit rows != 3 }' far.csv &&
+  pass || fail "not two seeds, two draws and noise in pictures: $(cat far.csv)"
+expect_exit 0 "both detectors" "$programs/tabulate" --output both a=digital-run-own,digital-run-far
+sed -i 's/"confidence": 0.25/"confidence": 0.5/' digital-second-far/settings.json
+expect_refusal 4 'digital-run-far has confidence 0.25, digital-second-far has 0.5' "two thresholds" "$programs/tabulate" --output none \
+  a=digital-run-far,digital-second-far
+# What is unknown of the confidences of a program without weak detections.
+expect_exit 0 "a silent program" "$evaluate" --pictures digital-run --detections none.json --output silent
+expect_words silent/digital.md 'no confidence below 1; where no box overlaps the car it counts as 0, in 8 of 8 pictures with matched noise and 4 of 4' \
+  'the effect on best confidence may be up to 1.000 more or 1.000 less'
+expect_refusal 2 'no part in the pictures of a protocol' "a sweep of a protocol" "$evaluate" --pictures digital-run --detections none.json --sweep 0.5
+expect_refusal 2 '^error: --pictures has no part in --protocol attention; digital does' "heat maps" "$evaluate" --run run --protocol attention --pictures none
 finish

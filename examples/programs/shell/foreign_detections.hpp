@@ -8,20 +8,24 @@ namespace tapestry::shell {
 
 /// A picture that PictureExport has written.
 struct ExportedPicture {
-  std::string file, texture;
-  ViewFacts view;
+  std::string file;
+  Json facts;  ///< its texture, and its view or its frame and column
   detect::Box target;
   std::vector<detect::Detection> detections{};  ///< of another program, most confident first
+  double best_confidence = 0;                   ///< of them in the car, before they are suppressed here
 };
 
 /// The pictures of a folder.
 struct ExportedPictures {
-  Json about;
+  Json about;  ///< with the settings of the measurement for pictures of a protocol
   std::vector<std::string> class_names{};
   std::size_t class_index = 0;              ///< of the car
   std::size_t draws = 1;                    ///< pictures of a view
-  std::vector<std::string> textures{};      ///< in the order of the survey
-  std::vector<ExportedPicture> pictures{};  ///< texture by texture, all of the same views
+  std::vector<std::string> textures{};      ///< of a survey, in its order
+  std::vector<ExportedPicture> pictures{};  ///< of a survey texture by texture, all of the same views
+  double least_score = 1;                   ///< of another program's detections
+
+  [[nodiscard]] bool are_of_protocol() const { return about.contains("settings"); }
 };
 
 namespace detail {
@@ -50,19 +54,24 @@ inline ExportedPictures exported_pictures(const Json& json) {
     const Json& image = json["images"][i];
     if (image.at("id") != i + 1 || annotations.at(i).at("image_id") != i + 1)
       throw DomainError("image " + std::to_string(i + 1) + " in another place");
-    const std::string texture = image.at("texture");
-    if (all.textures.empty() || all.textures.back() != texture) all.textures.push_back(texture);
-    all.pictures.push_back(
-        {image.at("file_name"), texture, view_facts(image.at("view")), box_of(annotations.at(i).at("bbox"))});
+    all.pictures.push_back({image.at("file_name"), image, box_of(annotations.at(i).at("bbox"))});
   }
-  const std::size_t views = all.pictures.size() / std::max<std::size_t>(1, all.textures.size());
-  if (views * all.textures.size() != all.pictures.size()) throw DomainError("textures of other views");
-  for (std::size_t i = 0; i < all.pictures.size(); ++i)
-    if (all.pictures[i].texture != all.textures[i / views]) throw DomainError("textures of other views");
-  if (all.textures.size() < 2 || all.textures[0] != "photo" || all.textures[1] != "clean" ||
-      all.class_index >= all.class_names.size() || all.draws == 0 || views % all.draws != 0)
-    throw DomainError("not the pictures of a survey");
+  if (all.class_index >= all.class_names.size()) throw DomainError("a class without a name");
   return all;
+}
+
+/// \throws Json::exception, DomainError unless all textures have pictures of the same views
+inline void find_textures_of_survey(ExportedPictures& all) {
+  const auto texture_of = [&](std::size_t i) { return all.pictures[i].facts.at("texture"); };
+  for (std::size_t i = 0; i < all.pictures.size(); ++i)
+    if (all.textures.empty() || texture_of(i) != all.textures.back()) all.textures.push_back(texture_of(i));
+  const std::size_t views = all.pictures.size() / std::max<std::size_t>(1, all.textures.size());
+  for (std::size_t i = 0; i < all.pictures.size(); ++i)
+    if (views * all.textures.size() != all.pictures.size() || texture_of(i) != all.textures[i / views])
+      throw DomainError("textures of other views");
+  if (all.textures.size() < 2 || all.textures[0] != "photo" || all.textures[1] != "clean" || all.draws == 0 ||
+      views % all.draws != 0)
+    throw DomainError("not the pictures of a survey");
 }
 }  // namespace detail
 
@@ -111,6 +120,7 @@ inline ExportedPictures read_exported_pictures(const std::string& folder) {
   try {
     const Json labels = io::read_json(io::read_text_file(path), path).value;
     auto pictures = detail::exported_pictures(labels);
+    if (!pictures.are_of_protocol()) detail::find_textures_of_survey(pictures);
     require_as_exported(folder, labels);
     return pictures;
   } catch (const Json::exception& error) {
@@ -143,9 +153,11 @@ inline void require_no_corners(const std::string& path, const ExportedPictures& 
 
 /// Reads COCO's results of any program: a list of image_id, category_id, bbox (left, top, width, height in
 /// pixels) and score. Pictures without an entry have no detections.
+/// \param nms  IoU above which a weaker detection is suppressed; none: the program has done so
 /// \throws FileError naming the first entry that is malformed or has an unknown picture or category; mismatch
 ///         for corners in place of sides
-inline void read_detections(const std::string& path, ExportedPictures& all) {
+inline void read_detections(const std::string& path, ExportedPictures& all,
+                            const std::optional<double>& nms) {
   const Json results = io::read_json(io::read_text_file(path), path).value;
   const auto refuse = [&](std::size_t entry, ErrorKind kind, const std::string& what,
                           const std::string& expected = {}) {
@@ -168,13 +180,37 @@ inline void read_detections(const std::string& path, ExportedPictures& all) {
       if (!(score >= 0 && score <= 1) || !(box.w >= 0) || !(box.h >= 0))
         refuse(i, ErrorKind::malformed, "score or bbox out of range", "score in 0 to 1, sides not below 0");
       all.pictures[image - 1].detections.push_back({category - 1, score, score, box});
+      all.least_score = std::min(all.least_score, score);
     } catch (const Json::exception& error) {
       refuse(i, ErrorKind::malformed, json_fault(error.what()));
     }
   }
   require_no_corners(path, all);
-  for (auto& picture : all.pictures)
-    std::ranges::stable_sort(picture.detections, std::greater{}, &detect::Detection::confidence);
+  for (auto& [file, facts, target, detections, best] : all.pictures) {
+    std::ranges::stable_sort(detections, std::greater{}, &detect::Detection::confidence);
+    for (auto one = detections.rbegin(); one != detections.rend(); ++one)
+      if (evaluate::is_found({*one}, {all.class_index, target})) best = one->confidence;
+    if (nms) detections = detect::suppress(std::move(detections), *nms);
+  }
+}
+
+/// States what is unknown of confidences where a program states no weak ones.
+/// \param noise, paint  best confidences in pictures with matched noise and with the camouflage
+inline std::string words_on_floor(double least_score, const std::vector<double>& noise,
+                                  const std::vector<double>& paint) {
+  std::string words = "The detections have no confidence below " + formatted("%.2g", least_score) +
+                      "; where no box overlaps the car it counts as 0";
+  const auto unknown = [](const std::vector<double>& best) { return std::ranges::count(best, 0.0); };
+  const auto share = [&](const std::vector<double>& best) {
+    return least_score * static_cast<double>(unknown(best)) / static_cast<double>(best.size());
+  };
+  if (!noise.empty() && !paint.empty())
+    words += formatted(
+        ", in %zu of %zu pictures with matched noise and %zu of %zu with the camouflage: the effect on best "
+        "confidence may be up to %.3f more or %.3f less",
+        static_cast<std::size_t>(unknown(noise)), noise.size(), static_cast<std::size_t>(unknown(paint)),
+        paint.size(), share(noise), share(paint));
+  return words + ".";
 }
 
 /// The survey of exported pictures by the detections in them.
@@ -187,13 +223,10 @@ inline evaluate::Survey survey_of(const ExportedPictures& all, const evaluate::M
     measurement.class_names = all.class_names;
     std::vector<std::vector<bool>> found_in_sweep(settings.sweep.size());
     for (std::size_t i = place * views; i < (place + 1) * views; ++i) {
-      const auto& [file, texture, view, box, detections] = all.pictures[i];
-      const loss::Target target{all.class_index, box};
-      const auto surest = std::ranges::find_if(
-          detections, [&](const auto& one) { return evaluate::is_found({one}, target); });
-      const double best = surest == detections.end() ? 0 : surest->confidence;
-      evaluate::detail::add_result(evaluate::view_result(detections, best, target, related, settings),
-                                   measurement, found_in_sweep);
+      const auto& [file, facts, target, detections, best] = all.pictures[i];
+      evaluate::detail::add_result(
+          evaluate::view_result(detections, best, {all.class_index, target}, related, settings), measurement,
+          found_in_sweep);
     }
     evaluate::detail::summarise(measurement, found_in_sweep, all.draws);
     return measurement;
@@ -201,6 +234,14 @@ inline evaluate::Survey survey_of(const ExportedPictures& all, const evaluate::M
   const bool has_adversarial = all.textures.size() > 2 && all.textures[2] == "adversarial";
   return evaluate::survey_of(
       has_adversarial, {all.textures.begin() + (has_adversarial ? 3 : 2), all.textures.end()}, measured);
+}
+
+inline std::string words_on_floor(const ExportedPictures& all, const evaluate::Survey& survey) {
+  const auto noise = std::ranges::find(survey.controls, std::string(evaluate::matched_noise_name),
+                                       &evaluate::Measurement::name);
+  return words_on_floor(all.least_score,
+                        noise == survey.controls.end() ? std::vector<double>{} : noise->best_confidence,
+                        survey.adversarial ? survey.adversarial->best_confidence : std::vector<double>{});
 }
 
 inline RunReport report_of(const ExportedPictures& all, const evaluate::MeterSettings& settings) {
@@ -239,7 +280,7 @@ inline ViewPictures pictures_of(const ExportedPictures& all, const std::string& 
 inline ViewList list_of(const ExportedPictures& all, const RunReport& report) {
   std::vector<ViewFacts> views;
   for (std::size_t i = 0; i < all.pictures.size() / all.textures.size(); ++i)
-    views.push_back(all.pictures[i].view);
+    views.push_back(detail::view_facts(all.pictures[i].facts.at("view")));
   return list_of(report, std::move(views));
 }
 

@@ -46,6 +46,7 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
     options["noise-draws"] = request.settings.noise_draws;
   }
   options["seed"] = request.seed;
+  if (!request.pictures.empty()) options["in-bytes"] = true;
   Json settings{{"program", "evaluate"},
                 {"protocol", request.settings.protocol},
                 {"options", options},
@@ -141,19 +142,20 @@ inline std::string photographs_csv(const Protocol& protocol, const ProtocolInput
   return text;
 }
 
-/// The run's folder, and the outcomes that an earlier run with the same settings has saved there.
+/// The run's folder, and the outcomes that an earlier run with the same settings has saved there, unless it
+/// begins again.
 struct ProtocolFolder {
   std::string folder;  ///< empty for ranks that write nothing
   std::optional<RunFolder> claim{};
   evaluate::ProtocolOutcomes outcomes;
 
   ProtocolFolder(std::string path, const Json& settings, std::size_t frames,
-                 const std::vector<evaluate::Control>& textures)
+                 const std::vector<evaluate::Control>& textures, bool begins_again)
       : folder(std::move(path)), outcomes(frames, textures.size()) {
     if (!folder.empty()) {
       claim.emplace(folder, !is_there(folder, ErrorKind::write));
       settle_folder(folder, settings);
-      if (is_there(outcomes_path(), ErrorKind::malformed))
+      if (!begins_again && is_there(outcomes_path(), ErrorKind::malformed))
         outcomes = read_outcomes(outcomes_path(), frames, textures.size());
     }
     outcomes.draws = draws_of(textures);
@@ -181,7 +183,10 @@ struct ProtocolFolder {
   return true;
 } catch (const Stopped&) {
   std::cerr << "\nstopped with " << measurement.frames_pending() << " of " << protocol.frames.size()
-            << " frames to go; " << (folder.empty() ? "nothing was written" : "the same command goes on")
+            << " frames to go; "
+            << (folder.empty()               ? "nothing was written"
+                : source.pictures != nullptr ? "the same command begins again"
+                                             : "the same command goes on")
             << '\n';
   return false;
 }
@@ -209,6 +214,25 @@ inline void add_attention(const std::string& folder, const Protocol& protocol,
   return protocol;
 }
 
+/// Facts for the labels of the pictures of a protocol: all that its tables need beside the detections.
+inline Json facts_for_labels(const ProtocolRequest& request, Json settings, const ProtocolResult& result,
+                             const std::vector<evaluate::Control>& textures,
+                             const evaluate::ProtocolOutcomes& outcomes, std::vector<std::string> notes) {
+  std::erase(notes, note_on_found(request.detector));
+  settings["begun_in"] = begun_in(request.pictures);
+  Json facts{{"inputs", settings["inputs"]},
+             {"has_camouflage", result.has_camouflage},
+             {"noise_in_place", result.noise_in_place ? Json(*result.noise_in_place) : Json()},
+             {"notes", notes},
+             {"state", outcomes.state.storage()},
+             {"hidden_share", outcomes.hidden_share.storage()},
+             {"car_share", outcomes.car_share.storage()}};
+  for (const auto& texture : textures) facts["textures"].push_back(texture.name);
+  settings.erase("inputs");
+  facts["settings"] = std::move(settings);
+  return facts;
+}
+
 /// Measures a protocol, prints its table and writes NAME.csv, .json, .md, .tex, .svg and .html; for renders
 /// also frames.csv, and for photographs photographs.csv. After an interruption the same command continues.
 /// Under mpirun the frames are divided among the ranks; the files are the same for any number of them.
@@ -230,8 +254,11 @@ inline int evaluate_protocol(ProtocolRequest request) {
     request.trained_on = trained_on(request.camouflage.run, inputs.photographs, settings["inputs"]);
   const bool is_first = Ranks::all().is_first();
   const std::string folder = is_first ? request.output : "";
-  ProtocolFolder run(folder, settings, protocol.frames.size(), textures);
-  const ProtocolSource source = source_of(protocol, request, inputs, meters);
+  PictureExport pictures(request.pictures, meters.front().detector().names(),
+                         inputs.detectors.front().class_index);
+  ProtocolFolder run(folder, settings, protocol.frames.size(), textures, pictures.is_on());
+  ProtocolSource source = source_of(protocol, request, inputs, meters);
+  if (pictures.is_on()) source.pictures = &pictures;
   ProtocolMeasurement measurement(protocol, textures, run.outcomes_path(), std::move(run.outcomes));
   if (!has_measured(measurement, source, protocol, folder)) return StopSignal::exit_code();
   if (!is_first) return 0;
@@ -250,6 +277,7 @@ inline int evaluate_protocol(ProtocolRequest request) {
       write_text(folder + "/photographs.csv",
                  photographs_csv(protocol, inputs, result, measurement.outcomes()));
   }
+  pictures.finish(1, facts_for_labels(request, settings, result, textures, measurement.outcomes(), notes));
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   tell_cost(folder, seconds, measurement, textures.size());
   if (!folder.empty()) remark("written: " + folder + "/" + protocol.name + ".html");
