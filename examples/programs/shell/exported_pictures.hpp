@@ -7,10 +7,10 @@
 
 namespace tapestry::shell {
 
-// Pictures of a survey or protocol for detectors of other programs: PNG files and COCO's instances.json, in
-// which each picture also names its texture and its view or frame.
+// Pictures of a protocol for detectors of other programs: PNG files and COCO's instances.json, in which each
+// picture also names its texture and frame.
 
-inline constexpr const char* pictures_format = "tapestry pictures 1";
+inline constexpr const char* pictures_format = "tapestry pictures 2";
 
 inline std::string instances_path(const std::string& folder) { return folder + "/instances.json"; }
 
@@ -39,12 +39,6 @@ class PictureExport {
 
   [[nodiscard]] bool is_on() const { return !folder_.empty(); }
   [[nodiscard]] std::size_t count() const { return images_.size(); }
-
-  void add(const evaluate::MeasuredPicture& measured) {
-    if (!is_on()) return;
-    const auto& [texture, picture, view, box, result] = measured;
-    keep(written(count() + 1, picture, box, {{"texture", texture}, {"view", json_of(facts_of(view))}}));
-  }
 
   /// Writes a picture and returns its labels. Several threads may do so at once.
   /// \param facts  about the picture, for its labels
@@ -75,15 +69,13 @@ class PictureExport {
 
   /// Writes the labels. Until then the folder holds no set of pictures.
   /// \param about  facts about the pictures
-  void finish(std::size_t draws, Json about) {
-    if (!is_on()) return;
+  void finish(Json about) {
     for (std::size_t id = images_.size() + 1; std::filesystem::remove(io::path_of(path_of(id))); ++id) {
     }  // removes files of a longer, interrupted export
     Json categories = Json::array();
     for (std::size_t k = 0; k < class_names_.size(); ++k)
       categories.push_back({{"id", k + 1}, {"name", class_names_[k]}});
     about["format"] = pictures_format;
-    about["draws"] = draws;
     Json labels{{"info", std::move(about)},
                 {"images", std::move(images_)},
                 {"annotations", std::move(annotations_)},
@@ -94,17 +86,6 @@ class PictureExport {
 
  private:
   [[nodiscard]] std::string path_of(std::size_t id) const { return folder_ + formatted("/%06zu.png", id); }
-
-  static Json json_of(const ViewFacts& facts) {
-    return {{"name", facts.name},
-            {"azimuth_deg", facts.azimuth_deg},
-            {"elevation_deg", facts.elevation_deg},
-            {"distance", facts.distance},
-            {"hidden_share", facts.hidden_share},
-            {"car_share", facts.car_share},
-            {"registration", facts.registration ? Json(*facts.registration) : Json()},
-            {"keeps_photograph", facts.keeps_photograph}};
-  }
 
   std::string folder_;
   std::vector<std::string> class_names_;

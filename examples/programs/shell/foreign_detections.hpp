@@ -1,15 +1,15 @@
 #pragma once
 
 #include "exported_pictures.hpp"
-#include "run_page.hpp"
-#include "side_by_side.hpp"
+#include "picture_sheet.hpp"
+#include "survey_watch.hpp"
 
 namespace tapestry::shell {
 
 /// A picture that PictureExport has written.
 struct ExportedPicture {
   std::string file;
-  Json facts;  ///< its texture, and its view or its frame and column
+  Json facts;  ///< its texture, frame and column
   detect::Box target;
   std::vector<detect::Detection> detections{};  ///< of another program, most confident first
   double best_confidence = 0;                   ///< of them in the car, before they are suppressed here
@@ -17,26 +17,14 @@ struct ExportedPicture {
 
 /// The pictures of a folder.
 struct ExportedPictures {
-  Json about;  ///< with the settings of the measurement for pictures of a protocol
+  Json about;  ///< the measurement, see facts_for_labels()
   std::vector<std::string> class_names{};
-  std::size_t class_index = 0;              ///< of the car
-  std::size_t draws = 1;                    ///< pictures of a view
-  std::vector<std::string> textures{};      ///< of a survey, in its order
-  std::vector<ExportedPicture> pictures{};  ///< of a survey texture by texture, all of the same views
-  double least_score = 1;                   ///< of another program's detections
-
-  [[nodiscard]] bool are_of_protocol() const { return about.contains("settings"); }
+  std::size_t class_index = 0;  ///< of the car
+  std::vector<ExportedPicture> pictures{};
+  double least_score = 1;  ///< of another program's detections
 };
 
 namespace detail {
-inline ViewFacts view_facts(const Json& json) {
-  ViewFacts facts{json.at("name"),     json.at("azimuth_deg"),  json.at("elevation_deg"),
-                  json.at("distance"), json.at("hidden_share"), json.at("car_share")};
-  if (!json.at("registration").is_null()) facts.registration = json.at("registration").get<double>();
-  facts.keeps_photograph = json.at("keeps_photograph");
-  return facts;
-}
-
 inline detect::Box box_of(const Json& bbox) {
   const auto [left, top, width, height] = bbox.get<std::array<double, 4>>();
   return detect::box_from_corners(left, top, left + width, top + height);
@@ -46,7 +34,6 @@ inline detect::Box box_of(const Json& bbox) {
 inline ExportedPictures exported_pictures(const Json& json) {
   ExportedPictures all{json.at("info")};
   if (all.about.at("format") != pictures_format) throw DomainError("not " + std::string(pictures_format));
-  all.draws = all.about.at("draws");
   for (const Json& category : json.at("categories")) all.class_names.push_back(category.at("name"));
   const Json& annotations = json.at("annotations");
   all.class_index = annotations.at(0).at("category_id").get<std::size_t>() - 1;
@@ -60,19 +47,6 @@ inline ExportedPictures exported_pictures(const Json& json) {
   return all;
 }
 
-/// \throws Json::exception, DomainError unless all textures have pictures of the same views
-inline void find_textures_of_survey(ExportedPictures& all) {
-  const auto texture_of = [&](std::size_t i) { return all.pictures[i].facts.at("texture"); };
-  for (std::size_t i = 0; i < all.pictures.size(); ++i)
-    if (all.textures.empty() || texture_of(i) != all.textures.back()) all.textures.push_back(texture_of(i));
-  const std::size_t views = all.pictures.size() / std::max<std::size_t>(1, all.textures.size());
-  for (std::size_t i = 0; i < all.pictures.size(); ++i)
-    if (views * all.textures.size() != all.pictures.size() || texture_of(i) != all.textures[i / views])
-      throw DomainError("textures of other views");
-  if (all.textures.size() < 2 || all.textures[0] != "photo" || all.textures[1] != "clean" || all.draws == 0 ||
-      views % all.draws != 0)
-    throw DomainError("not the pictures of a survey");
-}
 }  // namespace detail
 
 /// Compares labels and pictures of a folder with the hashes in its labels.
@@ -120,7 +94,6 @@ inline ExportedPictures read_exported_pictures(const std::string& folder) {
   try {
     const Json labels = io::read_json(io::read_text_file(path), path).value;
     auto pictures = detail::exported_pictures(labels);
-    if (!pictures.are_of_protocol()) detail::find_textures_of_survey(pictures);
     require_as_exported(folder, labels);
     return pictures;
   } catch (const Json::exception& error) {
@@ -213,75 +186,27 @@ inline std::string words_on_floor(double least_score, const std::vector<double>&
   return words + ".";
 }
 
-/// The survey of exported pictures by the detections in them.
-inline evaluate::Survey survey_of(const ExportedPictures& all, const evaluate::MeterSettings& settings) {
-  const auto related = evaluate::related_classes(all.class_names, all.class_index);
-  const std::size_t views = all.pictures.size() / all.textures.size();
-  const auto measured = [&](const std::string& name, const auto&) {
-    const auto place = static_cast<std::size_t>(std::ranges::find(all.textures, name) - all.textures.begin());
-    evaluate::Measurement measurement{name, all.draws};
-    measurement.class_names = all.class_names;
-    std::vector<std::vector<bool>> found_in_sweep(settings.sweep.size());
-    for (std::size_t i = place * views; i < (place + 1) * views; ++i) {
-      const auto& [file, facts, target, detections, best] = all.pictures[i];
-      evaluate::detail::add_result(
-          evaluate::view_result(detections, best, {all.class_index, target}, related, settings), measurement,
-          found_in_sweep);
-    }
-    evaluate::detail::summarise(measurement, found_in_sweep, all.draws);
-    return measurement;
-  };
-  const bool has_adversarial = all.textures.size() > 2 && all.textures[2] == "adversarial";
-  return evaluate::survey_of(
-      has_adversarial, {all.textures.begin() + (has_adversarial ? 3 : 2), all.textures.end()}, measured);
-}
-
-inline std::string words_on_floor(const ExportedPictures& all, const evaluate::Survey& survey) {
-  const auto noise = std::ranges::find(survey.controls, std::string(evaluate::matched_noise_name),
-                                       &evaluate::Measurement::name);
-  return words_on_floor(all.least_score,
-                        noise == survey.controls.end() ? std::vector<double>{} : noise->best_confidence,
-                        survey.adversarial ? survey.adversarial->best_confidence : std::vector<double>{});
-}
-
-inline RunReport report_of(const ExportedPictures& all, const evaluate::MeterSettings& settings) {
-  RunReport report;
-  report.survey = survey_of(all, settings);
-  report.held_out = all.about.value("held_out", false);
-  if (const Json share = all.about.value("noise_in_place", Json()); share.is_number())
-    report.noise_in_place = share.get<double>();
-  report.options = all.about.value("options", Json::object());
-  return report;
-}
-
-/// Some views as SideBySide shows them, with the detections of another program above a confidence.
+/// Some pictures of each of these columns, side by side, with the detections above a confidence.
 /// \throws FileError for a picture that is no longer readable
-inline ViewPictures pictures_of(const ExportedPictures& all, const std::string& folder, double confidence) {
-  const std::size_t views = all.pictures.size() / all.textures.size();
-  ViewPictures shown{shown_places(most_large_views, views)};
-  for (const auto& [texture, words] : shown_textures()) {
-    const auto found = std::ranges::find(all.textures, texture);
-    if (found == all.textures.end()) continue;
-    auto& pictures = shown.ways.emplace_back(words, std::vector<MarkedPicture>()).second;
-    for (const std::size_t place : shown.places) {
-      const auto& picture =
-          all.pictures[static_cast<std::size_t>(found - all.textures.begin()) * views + place];
-      auto& marked = pictures.emplace_back(MarkedPicture{io::read_image(folder + "/" + picture.file)});
-      for (const auto& one : picture.detections)
-        if (one.confidence >= confidence)
-          marked.boxes.push_back(labelled_box(one, all.class_names,
-                                              evaluate::is_found({one}, {all.class_index, picture.target})));
+inline Bitmap sheet_of(const ExportedPictures& all, const std::string& folder, double confidence,
+                       const std::vector<std::size_t>& columns) {
+  constexpr std::size_t most = 4, side = 240;
+  std::vector<MarkedPicture> shown;
+  for (const std::size_t column : columns) {
+    std::vector<const ExportedPicture*> pictures;
+    for (const auto& picture : all.pictures)
+      if (picture.facts.at("column") == column) pictures.push_back(&picture);
+    for (const std::size_t place : shown_places(most, pictures.size())) {
+      const auto& [file, facts, target, detections, best] = *pictures[place];
+      MarkedPicture marked{io::read_image(folder + "/" + file)};
+      for (const auto& one : detections)
+        if (one.confidence > confidence)
+          marked.boxes.push_back(
+              labelled_box(one, all.class_names, evaluate::is_found({one}, {all.class_index, target})));
+      shown.push_back(fitted_within(std::move(marked), side));
     }
   }
-  return shown;
-}
-
-/// The views of exported pictures with their measurements, for views.csv and the page.
-inline ViewList list_of(const ExportedPictures& all, const RunReport& report) {
-  std::vector<ViewFacts> views;
-  for (std::size_t i = 0; i < all.pictures.size() / all.textures.size(); ++i)
-    views.push_back(detail::view_facts(all.pictures[i].facts.at("view")));
-  return list_of(report, std::move(views));
+  return contact_sheet(shown, most);
 }
 
 }  // namespace tapestry::shell

@@ -41,20 +41,15 @@ inline evaluate::ProtocolOutcomes foreign_outcomes(const ForeignRequest& request
                                                    const std::vector<evaluate::Control>& textures) {
   evaluate::ProtocolOutcomes outcomes(frames, textures.size());
   outcomes.draws = draws_of(textures);
-  const auto copy = [&](const char* name, auto& array) {
-    const auto values = all.about.at(name).get<std::vector<double>>();
-    if (values.size() != frames) throw DomainError(std::string(name) + " of other frames");
-    for (std::size_t i = 0; i < frames; ++i)
-      array(i) = static_cast<std::remove_reference_t<decltype(array(i))>>(values[i]);
-  };
-  copy("state", outcomes.state);
-  copy("hidden_share", outcomes.hidden_share);
-  copy("car_share", outcomes.car_share);
+  std::ranges::fill(outcomes.state.storage(), static_cast<std::uint8_t>(evaluate::FrameState::left_out));
   const auto related = evaluate::related_classes(all.class_names, all.class_index);
   for (const auto& picture : all.pictures) {
     const auto frame = picture.facts.at("frame").get<std::size_t>();
     const auto column = picture.facts.at("column").get<std::size_t>();
     if (frame >= frames || column >= textures.size()) throw DomainError("a picture of no frame");
+    outcomes.state(frame) = static_cast<std::uint8_t>(evaluate::FrameState::measured);
+    outcomes.hidden_share(frame) = picture.facts.at("hidden_share");
+    outcomes.car_share(frame) = picture.facts.at("car_share");
     set_result(outcomes, frame, column,
                evaluate::view_result(picture.detections, picture.best_confidence,
                                      {all.class_index, picture.target}, related, {request.confidence}));
@@ -68,11 +63,11 @@ inline int evaluate_foreign_protocol(const ForeignRequest& request, const Export
   const Json settings = foreign_settings(request, all);
   const Protocol protocol = detail::saved_measurement(settings, instances_path(request.pictures)).protocol();
   std::vector<evaluate::Control> textures;
-  for (const Json& name : all.about.at("textures")) textures.push_back({name, {}});
+  for (const Json& texture : all.about.at("textures"))
+    textures.push_back({texture.at("name"), {}, texture.at("share_in_place")});
   ProtocolFolder run(request.output, settings, protocol.frames.size(), textures, true);
   run.outcomes = foreign_outcomes(request, all, protocol.frames.size(), textures);
   ProtocolResult result = result_of(protocol, textures, all.about.at("has_camouflage"), run.outcomes);
-  if (const Json& share = all.about.at("noise_in_place"); share.is_number()) result.noise_in_place = share;
   result.class_names = {all.class_names};
   const auto best = [&](std::size_t texture) {
     return result.has_camouflage ? evaluate::measured_values(run.outcomes, run.outcomes.best_confidence,
@@ -91,13 +86,20 @@ inline int evaluate_foreign_protocol(const ForeignRequest& request, const Export
   std::cout << lines_for_terminal(protocol_text(protocol, result, notes));
   if (request.output.empty()) return 0;
   write_outcomes(run.outcomes_path(), run.outcomes);
+  std::vector<std::size_t> columns;
+  for (const std::size_t texture : result.shown_textures())
+    columns.push_back(run.outcomes.first_column(texture));
+  result.pictures.emplace_back(
+      "Boxes above the confidence: " + result.shown_names(),
+      io::png_file(request.output, sheet_of(all, request.pictures, request.confidence, columns)));
+  if (protocol.on_photographs)
+    write_text(request.output + "/photographs.csv",
+               photographs_csv(protocol, all.about.at("photographs"), result, run.outcomes));
   write_report(request.output, protocol, result, notes, settings, run.outcomes);
   remark("written: " + request.output + "/" + protocol.name + ".html");
   return 0;
 } catch (const Json::exception& error) {
   throw FileError(ErrorKind::malformed, {instances_path(request.pictures), "", json_fault(error.what())});
-} catch (const DomainError& error) {
-  throw FileError(ErrorKind::malformed, {instances_path(request.pictures), "", error.what()});
 }
 
 }  // namespace tapestry::shell

@@ -19,6 +19,7 @@ void for_each_array(Outcomes& outcomes, Visit visit) {
   visit("best_confidence", outcomes.best_confidence);
   visit("found_confidence", outcomes.found_confidence);
   visit("attention", outcomes.attention);
+  visit("ranked", outcomes.ranked);
   visit("hidden_share", outcomes.hidden_share);
   visit("car_share", outcomes.car_share);
 }
@@ -38,7 +39,7 @@ inline evaluate::ProtocolOutcomes read_outcomes(const std::string& path, std::si
                       {path, "", "outcomes of another measurement",
                        std::to_string(frames) + " frames of " + std::to_string(textures) + " textures", ""});
     array = std::move(saved);
-    if constexpr (std::is_same_v<typename Values::value_type, double>)
+    if constexpr (std::is_floating_point_v<typename Values::value_type>)
       are_values &=
           std::ranges::all_of(array.storage(), [](double share) { return share >= 0 && share <= 1; });
   });
@@ -58,6 +59,10 @@ inline void set_result(evaluate::ProtocolOutcomes& outcomes, std::size_t frame, 
   outcomes.named(frame, column) = static_cast<std::uint16_t>(result.outcome.class_index);
   outcomes.best_confidence(frame, column) = result.best_confidence;
   outcomes.found_confidence(frame, column) = result.found_confidence;
+  for (std::size_t i = 0; i < result.ranked.size(); ++i) {
+    outcomes.ranked(frame, column, 2 * i) = result.ranked[i].confidence;
+    outcomes.ranked(frame, column, 2 * i + 1) = result.ranked[i].iou;
+  }
 }
 
 inline void write_outcomes(const std::string& path, const evaluate::ProtocolOutcomes& outcomes) {
@@ -210,7 +215,11 @@ class ProtocolMeasurement {
       auto& [picture, target] = *pictures_[k];
       if (!labels.empty()) {
         picture = image::from_bytes<float>(image::to_bytes(picture));
-        const Json facts{{"texture", textures_[k].name}, {"frame", frame}, {"column", k}};
+        const Json facts{{"texture", textures_[k].name},
+                         {"frame", frame},
+                         {"column", k},
+                         {"hidden_share", outcomes_.hidden_share(frame)},
+                         {"car_share", outcomes_.car_share(frame)}};
         labels[k] = source.pictures->written(source.pictures->count() + 1 + k, picture, target, facts);
       }
       const auto result = meter.examine(picture, view.name, target);
@@ -225,7 +234,10 @@ class ProtocolMeasurement {
   void exchange(std::span<const std::size_t> frames) {
     const Ranks& ranks = Ranks::all();
     if (ranks.count() == 1) return;
-    std::vector<double> row(3 + 6 * textures_.size());
+    std::size_t width_of_all = 0;
+    for_each_array(outcomes_,
+                   [&](const char*, const auto& array) { width_of_all += array.size() / array.shape(0); });
+    std::vector<double> row(width_of_all);
     const auto copy = [&](std::size_t frame, double* values, auto assign) {
       for_each_array(outcomes_, [&](const char*, auto& array) {
         const std::size_t width = array.size() / array.shape(0);

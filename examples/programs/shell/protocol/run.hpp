@@ -120,7 +120,8 @@ inline void tell_cost(const std::string& folder, double seconds, const ProtocolM
 }
 
 /// A row for each photograph, detector and texture.
-inline std::string photographs_csv(const Protocol& protocol, const ProtocolInputs& inputs,
+/// \param photographs  paths
+inline std::string photographs_csv(const Protocol& protocol, const std::vector<std::string>& photographs,
                                    const ProtocolResult& result, const evaluate::ProtocolOutcomes& outcomes) {
   std::string text = "detector,texture,found,best_confidence,attention,fate,named,frame\n";
   const auto textures = column_names(result, outcomes);
@@ -136,7 +137,7 @@ inline std::string photographs_csv(const Protocol& protocol, const ProtocolInput
                        outcomes.found(frame, k), outcomes.best_confidence(frame, k),
                        protocol.maps_attention ? csv_line(outcomes.attention(frame, k)) : "",
                        evaluate::fate_names[outcomes.fate(frame, k)], named,
-                       csv_field(inputs.photographs[frame % inputs.photographs.size()]) + "\n");
+                       csv_field(photographs[frame % photographs.size()]) + "\n");
     }
   }
   return text;
@@ -215,19 +216,17 @@ inline void add_attention(const std::string& folder, const Protocol& protocol,
 }
 
 /// Facts for the labels of the pictures of a protocol: all that its tables need beside the detections.
-inline Json facts_for_labels(const ProtocolRequest& request, Json settings, const ProtocolResult& result,
-                             const std::vector<evaluate::Control>& textures,
-                             const evaluate::ProtocolOutcomes& outcomes, std::vector<std::string> notes) {
+inline Json facts_for_labels(const ProtocolRequest& request, const ProtocolInputs& inputs, Json settings,
+                             const ProtocolResult& result, const std::vector<evaluate::Control>& textures,
+                             std::vector<std::string> notes) {
   std::erase(notes, note_on_found(request.detector));
   settings["begun_in"] = begun_in(request.pictures);
   Json facts{{"inputs", settings["inputs"]},
              {"has_camouflage", result.has_camouflage},
-             {"noise_in_place", result.noise_in_place ? Json(*result.noise_in_place) : Json()},
              {"notes", notes},
-             {"state", outcomes.state.storage()},
-             {"hidden_share", outcomes.hidden_share.storage()},
-             {"car_share", outcomes.car_share.storage()}};
-  for (const auto& texture : textures) facts["textures"].push_back(texture.name);
+             {"photographs", inputs.photographs}};
+  for (const auto& texture : textures)
+    facts["textures"].push_back({{"name", texture.name}, {"share_in_place", texture.share_in_place}});
   settings.erase("inputs");
   facts["settings"] = std::move(settings);
   return facts;
@@ -275,9 +274,9 @@ inline int evaluate_protocol(ProtocolRequest request) {
     write_report(folder, protocol, result, notes, settings, measurement.outcomes());
     if (protocol.on_photographs)
       write_text(folder + "/photographs.csv",
-                 photographs_csv(protocol, inputs, result, measurement.outcomes()));
+                 photographs_csv(protocol, inputs.photographs, result, measurement.outcomes()));
   }
-  pictures.finish(1, facts_for_labels(request, settings, result, textures, measurement.outcomes(), notes));
+  if (pictures.is_on()) pictures.finish(facts_for_labels(request, inputs, settings, result, textures, notes));
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   tell_cost(folder, seconds, measurement, textures.size());
   if (!folder.empty()) remark("written: " + folder + "/" + protocol.name + ".html");
