@@ -87,6 +87,21 @@ namespace detail {
              : std::accumulate(numbers.begin(), numbers.end(), 0.0) / static_cast<double>(numbers.size());
 }
 
+/// Appends the result of a picture.
+inline void add_result(const ViewResult& result, Measurement& measurement) {
+  measurement.found.push_back(result.found);
+  measurement.best_confidence.push_back(result.best_confidence);
+  measurement.outcomes.push_back(result.outcome);
+  measurement.ranked.push_back(result.ranked);
+}
+
+/// Computes rates and means of the results, without the sweep.
+inline void summarise(Measurement& measurement) {
+  measurement.rate = detection_rate(measurement.found, {measurement.draws});
+  measurement.fates = fate_counts(measurement.outcomes);
+  measurement.precision = target_precision(measurement.ranked);
+  measurement.mean_best_confidence = mean_of(measurement.best_confidence);
+}
 }  // namespace detail
 
 /// Measures one paint, or the untouched frames when `paint` is null, in some views: several pictures at once,
@@ -133,18 +148,12 @@ template <std::invocable<const MeasuredPicture&> Visit>
   };
   for_each_in_order(views.size() * draws, examine, [&](std::size_t i, const Examined& examined) {
     const auto& [view, photograph, result] = examined;
-    measurement.found.push_back(result.found);
-    measurement.best_confidence.push_back(result.best_confidence);
-    measurement.outcomes.push_back(result.outcome);
-    measurement.ranked.push_back(result.ranked);
+    detail::add_result(result, measurement);
     found_confidence.push_back(result.found_confidence);
     visit(MeasuredPicture{name, photograph.picture, *view, photograph.target, result});
     if ((i + 1) % draws == 0) shown[i / draws].reset();
   });
-  measurement.rate = detection_rate(measurement.found, {draws});
-  measurement.fates = fate_counts(measurement.outcomes);
-  measurement.precision = target_precision(measurement.ranked);
-  measurement.mean_best_confidence = detail::mean_of(measurement.best_confidence);
+  detail::summarise(measurement);
   measurement.sweep = rates_above(meter.settings().sweep, found_confidence, {draws});
   return measurement;
 }

@@ -92,9 +92,7 @@ inline int evaluate_foreign_protocol(const ForeignRequest& request, const Export
   result.pictures.emplace_back(
       "Boxes above the confidence: " + result.shown_names(),
       io::png_file(request.output, sheet_of(all, request.pictures, request.confidence, columns)));
-  if (protocol.on_photographs)
-    write_text(request.output + "/photographs.csv",
-               photographs_csv(protocol, all.about.at("photographs"), result, run.outcomes));
+  write_photographs(request.output, protocol, all.about.at("photographs"), result, run.outcomes);
   write_report(request.output, protocol, result, notes, settings, run.outcomes);
   remark("written: " + request.output + "/" + protocol.name + ".html");
   return 0;

@@ -143,6 +143,14 @@ inline std::string photographs_csv(const Protocol& protocol, const std::vector<s
   return text;
 }
 
+/// Writes photographs.csv of a protocol on photographs. \param photographs  paths
+inline void write_photographs(const std::string& folder, const Protocol& protocol,
+                              const std::vector<std::string>& photographs, const ProtocolResult& result,
+                              const evaluate::ProtocolOutcomes& outcomes) {
+  if (protocol.on_photographs)
+    write_text(folder + "/photographs.csv", photographs_csv(protocol, photographs, result, outcomes));
+}
+
 /// The run's folder, and the outcomes that an earlier run with the same settings has saved there, unless it
 /// begins again.
 struct ProtocolFolder {
@@ -192,12 +200,13 @@ struct ProtocolFolder {
   return false;
 }
 
-/// Adds a sheet of heat maps of each detector to the result's pictures.
+/// Adds a sheet of heat maps of each detector to the pictures of a result, where they are computed and shown.
 inline void add_attention(const std::string& folder, const Protocol& protocol,
                           const std::vector<evaluate::Control>& textures,
                           const ProtocolMeasurement& measurement, const ProtocolSource& source,
                           const ProtocolInputs& inputs, const ProtocolRequest& request,
                           ProtocolResult& result) {
+  if (!protocol.maps_attention || folder.empty()) return;
   for (std::size_t column = 0; column < inputs.detectors.size(); ++column)
     result.pictures.emplace_back(
         "Attention of " + protocol.table.columns[column] + ": " + result.shown_names(),
@@ -266,15 +275,12 @@ inline int evaluate_protocol(ProtocolRequest request) {
   for (const auto& meter : meters) result.class_names.push_back(meter.detector().names());
   if (protocol.on_photographs && result.sections.front().cell.measured == 0)
     throw Error(ErrorKind::mismatch, request.scene.frames + ": no frame shows the car");
-  if (protocol.maps_attention && !folder.empty())
-    add_attention(folder, protocol, textures, measurement, source, inputs, request, result);
+  add_attention(folder, protocol, textures, measurement, source, inputs, request, result);
   const auto notes = notes_of(protocol, result, request, inputs);
   std::cout << lines_for_terminal(protocol_text(protocol, result, notes));
   if (!folder.empty()) {
     write_report(folder, protocol, result, notes, settings, measurement.outcomes());
-    if (protocol.on_photographs)
-      write_text(folder + "/photographs.csv",
-                 photographs_csv(protocol, inputs.photographs, result, measurement.outcomes()));
+    write_photographs(folder, protocol, inputs.photographs, result, measurement.outcomes());
   }
   if (pictures.is_on()) pictures.finish(facts_for_labels(request, inputs, settings, result, textures, notes));
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
