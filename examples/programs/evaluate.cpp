@@ -1,9 +1,10 @@
 // Measures a finished camouflage, with its own detector or another one, or a detector on labelled pictures.
 
 #include "shell/dataset_evaluation.hpp"
-#include "shell/foreign_detections.hpp"
-#include "shell/protocol/run.hpp"
+#include "shell/protocol/foreign.hpp"
 #include "shell/reshaped_views.hpp"
+#include "shell/run_page.hpp"
+#include "shell/side_by_side.hpp"
 
 namespace {
 using namespace tapestry;
@@ -34,8 +35,8 @@ struct Options {
 void describe_other_detectors(CLI::App& app, Options& options) {
   auto* const pictures = app.add_option(
       "--pictures", options.pictures,
-      "folder to write every measured picture to, as PNG, with COCO's labels (instances.json), for detectors "
-      "of other programs; the pictures are then measured as these files hold them");
+      "folder to write every picture of --protocol to, digital when left out, as PNG, with COCO's labels "
+      "(instances.json), for detectors of other programs; they are then measured as these files hold them");
   app.add_option(
          "--detections", options.detections,
          "COCO results (.json) of any program over the pictures that are in --pictures already: their "
@@ -183,7 +184,6 @@ void require_sound(const CLI::App& app, const Options& options) {
 /// The conditions of the views' photographs.
 evaluate::Photography photography_of(const Options& options) {
   evaluate::Photography photography;
-  photography.in_bytes = !options.pictures.empty();
   if (options.conditions.empty()) return photography;
   photography.conditions = image::conditions_by_names(options.conditions);
   photography.draws = options.draws;
@@ -305,16 +305,6 @@ struct Written {
   const raster::PaintedMesh& car;  ///< in the shape that the run optimised
 };
 
-/// Tables, page and, last, metrics in the folder of --output.
-void write_results(const Options& options, const RunReport& report, const Json& metrics,
-                   const ReportPage& page) {
-  write_text(options.output + "/metrics.csv", metrics_csv(report));
-  write_text(options.output + "/views.csv", views_csv(page.list));
-  write_text(options.output + "/report.html", page_html(page));
-  write_text(options.output + "/metrics.json", report_text(metrics));
-  remark("report: " + options.output + "/report.html");
-}
-
 void write_folder(const Options& options, const Written& what, const raster::PaintedMesh& own_car,
                   const std::vector<MarkedPicture>& pictures, const SideBySide& side_by_side, ViewList list) {
   const char* const shown = options.clean_only ? "clean" : "adversarial";
@@ -333,15 +323,11 @@ void write_folder(const Options& options, const Written& what, const raster::Pai
   io::write_painted_glb(options.output + "/painted.glb", what.car, atlas);
   page.glb = io::read_text_file(options.output + "/painted.glb");
   page.files = {"painted.glb", sheet, "side_by_side.png", "metrics.csv", "views.csv", "metrics.json"};
-  write_results(options, what.report, what.metrics, page);
-}
-
-/// Facts for the labels of --pictures.
-Json about(const RunReport& report, const Json& metrics) {
-  return {{"held_out", report.held_out},
-          {"noise_in_place", metrics["noise_in_place"]},
-          {"options", report.options},
-          {"inputs", metrics["inputs"]}};
+  write_text(options.output + "/metrics.csv", metrics_csv(what.report));
+  write_text(options.output + "/views.csv", views_csv(page.list));
+  write_text(options.output + "/report.html", page_html(page));
+  write_text(options.output + "/metrics.json", report_text(what.metrics));
+  remark("report: " + options.output + "/report.html");
 }
 
 /// Measures the frames and writes the results to the folder of --output.
@@ -362,23 +348,17 @@ int survey_frames(Options& options) {
   const auto start = std::chrono::steady_clock::now();
   const auto photography = photography_of(options);
   const std::size_t pictures = views.usable.size() * photography.draws;
-  PictureExport exported(options.pictures, inputs.detector.names(), inputs.class_index);
   SurveyWatch watch(meter, textures.pictures_a_view() * pictures,
                     std::max(inputs.detector.input_height(), inputs.detector.input_width()));
   watch.collect(options.clean_only ? "clean" : "adversarial", shown, pictures);
   const SideBySide side_by_side(watch, pictures);
-  const auto visit = [&](const evaluate::MeasuredPicture& measured) {
-    watch(measured);
-    exported.add(measured);
-  };
   RunReport report;
-  report.survey = evaluate::survey(meter, views.store, views.usable, textures, visit, photography);
+  report.survey = evaluate::survey(meter, views.store, views.usable, textures, std::ref(watch), photography);
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   add_facts(options, inputs, textures, report);
   std::cout << summary_text(report);
   Json metrics = metrics_json(report);
   metrics["inputs"] = recorded_inputs();
-  exported.finish(photography.draws, about(report, metrics));
   if (!changed.empty()) metrics["changed_inputs"] = json_of(changed);
   print_sweep(options.sweep, report, metrics);
   if (!options.output.empty())
@@ -388,10 +368,10 @@ int survey_frames(Options& options) {
   return 0;
 }
 
-/// Writes tables of another program's detections, as survey_frames() does of its own.
-int survey_detections(const CLI::App& app, const Options& options) {
+/// Writes tables of another program's detections.
+int evaluate_detections(const CLI::App& app, const Options& options) {
   for (const auto* option : app.get_options()) {
-    const std::vector<std::string> known{"--pictures", "--detections", "--confidence", "--sweep",  "--output",
+    const std::vector<std::string> known{"--pictures", "--detections", "--confidence", "--nms",    "--output",
                                          "--run",      "--threads",    "--quiet",      "--verbose"};
     if (option->count() > 0 && option->get_configurable() &&
         std::ranges::find(known, option->get_name()) == known.end())
@@ -399,36 +379,26 @@ int survey_detections(const CLI::App& app, const Options& options) {
   }
   ProblemList problems;
   require_sound(options.detector, problems);
-  require_sound_sweep(options, problems);
   problems.throw_first();
   const io::InputLedger ledger;
   auto exported = read_exported_pictures(options.pictures);
   if (!options.camouflage.run.empty())
     require_pictures_of(options.camouflage.run, exported.about, options.pictures);
-  read_detections(options.detections, exported);
-  RunReport report = report_of(exported, {options.detector.confidence, options.detector.nms, options.sweep});
-  report.options["confidence"] = options.detector.confidence;
-  report.options["detections"] = options.detections;
-  std::cout << summary_text(report);
-  Json metrics = metrics_json(report);
-  metrics["inputs"] = recorded_inputs();
-  print_sweep(options.sweep, report, metrics);
-  if (options.output.empty()) return 0;
-  const RunFolder folder(options.output, !is_there(options.output, ErrorKind::write));
+  std::optional<double> nms;
+  if (app.get_option("--nms")->count() > 0) nms = options.detector.nms;
+  read_detections(options.detections, exported, nms);
   require_no_run(options);
-  auto page = page_of(report, "Evaluation of another program's detections", options.command,
-                      list_of(exported, report));
-  page.pictures = pictures_of(exported, options.pictures, options.detector.confidence);
-  page.files = {"metrics.csv", "views.csv", "metrics.json"};
-  write_results(options, report, metrics, page);
-  return 0;
+  return evaluate_foreign_protocol(
+      {options.pictures, options.detections, options.detector.confidence, nms, options.output}, exported);
 }
 
 int run(const CLI::App& app, Options& options) {
-  if (Ranks::all().count() > 1 && options.protocol.protocol.empty())
-    throw Error(ErrorKind::usage, "several ranks of mpirun can share the work of --protocol only");
+  if (!options.pictures.empty() && options.protocol.protocol.empty()) options.protocol.protocol = "digital";
+  if (Ranks::all().count() > 1 && (options.protocol.protocol.empty() || !options.pictures.empty()))
+    throw Error(ErrorKind::usage,
+                "several ranks of mpirun can share the work of --protocol without --pictures only");
   if (!options.dataset.dataset.empty()) return evaluate_dataset(app, options.dataset, options.detector);
-  if (!options.detections.empty()) return survey_detections(app, options);
+  if (!options.detections.empty()) return evaluate_detections(app, options);
   require_consistent(app, options);
   take_over_run(options);
   io::InputLedger ledger;
@@ -444,6 +414,7 @@ int run(const CLI::App& app, Options& options) {
                             options.clean_only ? CamouflageSource() : options.camouflage,
                             options.seed,
                             options.output,
+                            options.pictures,
                             {options.camouflage.run, options.accept_changed_inputs, !options.clean_only}});
 }
 }  // namespace

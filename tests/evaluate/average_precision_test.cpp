@@ -269,6 +269,26 @@ TEST_CASE("the order of truths and detections, and the number of threads, do not
   }
 }
 
+TEST_CASE("the precision of one target a picture is that of its boxes", "[evaluate][average_precision]") {
+  // Of four pictures two have a box of IoU .82, one is missed, and one has the surest box of all elsewhere.
+  const std::vector<std::vector<evaluate::BoxOnTarget>> pictures{
+      {{0.9F, 0.82F}, {0.2F, 0.3F}}, {{0.8F, 0.82F}}, {}, {{0.95F, 0}}};
+  const double steps = 51.0 / 101;  // recalls up to 2 of 4, each with the precision 2 of 3
+  const auto precision = evaluate::target_precision(pictures);
+  CHECK(std::abs(precision.ap50.value() - steps * 2 / 3) < 1e-14);
+  CHECK(std::abs(precision.ap.value() - 0.7 * steps * 2 / 3) < 1e-14);  // at .50 to .80
+  std::vector<TruthBox> truths;
+  std::vector<ScoredBox> detections;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    truths.push_back(truth(i, square));
+    for (const auto& [confidence, iou] : pictures[i])
+      detections.push_back({i, 0, box_from_corners(10, 10, 50, 10 + 40 * double(iou)), double(confidence)});
+  }
+  CHECK(average_precision(truths, detections, 1).mean.ap == precision.ap);
+  CHECK(evaluate::target_precision({{}}).ap50 == 0.0);
+  CHECK_FALSE(evaluate::target_precision({}).ap50.has_value());
+}
+
 TEST_CASE("boxes, classes and confidences that make no sense are refused", "[evaluate][average_precision]") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_WITH(average_precision({truth(0, square, 2)}, {}, 2),

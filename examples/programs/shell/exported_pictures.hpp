@@ -7,10 +7,10 @@
 
 namespace tapestry::shell {
 
-// Pictures of a survey for detectors of other programs: PNG files and COCO's instances.json, in which each
-// picture also names its texture and view.
+// Pictures of a protocol for detectors of other programs: PNG files and COCO's instances.json, in which each
+// picture also names its texture and frame.
 
-inline constexpr const char* pictures_format = "tapestry pictures 1";
+inline constexpr const char* pictures_format = "tapestry pictures 2";
 
 inline std::string instances_path(const std::string& folder) { return folder + "/instances.json"; }
 
@@ -20,7 +20,7 @@ inline std::string labels_sha256(nlohmann::json labels) {
   return io::sha256(labels.dump());
 }
 
-/// Writes the pictures of a survey.
+/// Writes measured pictures.
 class PictureExport {
  public:
   /// \param folder       empty: nothing is written
@@ -37,39 +37,45 @@ class PictureExport {
       throw Error(ErrorKind::in_use, folder_ + " holds pictures; give another --pictures");
   }
 
-  void add(const evaluate::MeasuredPicture& measured) {
-    if (folder_.empty()) return;
-    const std::size_t id = images_.size() + 1;
-    const auto& [texture, picture, view, box, result] = measured;
-    const std::string path = path_of(id), name = path.substr(folder_.size() + 1);
-    const std::string file = io::png_file(path, image::to_bytes(picture));
+  [[nodiscard]] bool is_on() const { return !folder_.empty(); }
+  [[nodiscard]] std::size_t count() const { return images_.size(); }
+
+  /// Writes a picture and returns its labels. Several threads may do so at once.
+  /// \param facts  about the picture, for its labels
+  [[nodiscard]] std::pair<Json, Json> written(std::size_t id, const Array<float, 3>& picture,
+                                              const detect::Box& box, const Json& facts) const {
+    const std::string path = path_of(id), file = io::png_file(path, image::to_bytes(picture));
     write_text(path, file);
-    images_.push_back({{"id", id},
-                       {"file_name", name},
-                       {"height", picture.shape(0)},
-                       {"width", picture.shape(1)},
-                       {"texture", texture},
-                       {"view", json_of(facts_of(view))},
-                       {"sha256", io::sha256(file)}});
-    annotations_.push_back({{"id", id},
-                            {"image_id", id},
-                            {"category_id", class_index_ + 1},
-                            {"bbox", {box.left(), box.top(), box.w, box.h}},
-                            {"area", box.w * box.h},
-                            {"iscrowd", 0}});
+    Json image{{"id", id},
+               {"file_name", path.substr(folder_.size() + 1)},
+               {"height", picture.shape(0)},
+               {"width", picture.shape(1)}};
+    image.update(facts);
+    image["sha256"] = io::sha256(file);
+    return {std::move(image),
+            {{"id", id},
+             {"image_id", id},
+             {"category_id", class_index_ + 1},
+             {"bbox", {box.left(), box.top(), box.w, box.h}},
+             {"area", box.w * box.h},
+             {"iscrowd", 0}}};
+  }
+
+  /// Keeps the labels of the next picture.
+  void keep(std::pair<Json, Json> labels) {
+    images_.push_back(std::move(labels.first));
+    annotations_.push_back(std::move(labels.second));
   }
 
   /// Writes the labels. Until then the folder holds no set of pictures.
   /// \param about  facts about the pictures
-  void finish(std::size_t draws, Json about) {
-    if (folder_.empty()) return;
+  void finish(Json about) {
     for (std::size_t id = images_.size() + 1; std::filesystem::remove(io::path_of(path_of(id))); ++id) {
     }  // removes files of a longer, interrupted export
     Json categories = Json::array();
     for (std::size_t k = 0; k < class_names_.size(); ++k)
       categories.push_back({{"id", k + 1}, {"name", class_names_[k]}});
     about["format"] = pictures_format;
-    about["draws"] = draws;
     Json labels{{"info", std::move(about)},
                 {"images", std::move(images_)},
                 {"annotations", std::move(annotations_)},
@@ -80,17 +86,6 @@ class PictureExport {
 
  private:
   [[nodiscard]] std::string path_of(std::size_t id) const { return folder_ + formatted("/%06zu.png", id); }
-
-  static Json json_of(const ViewFacts& facts) {
-    return {{"name", facts.name},
-            {"azimuth_deg", facts.azimuth_deg},
-            {"elevation_deg", facts.elevation_deg},
-            {"distance", facts.distance},
-            {"hidden_share", facts.hidden_share},
-            {"car_share", facts.car_share},
-            {"registration", facts.registration ? Json(*facts.registration) : Json()},
-            {"keeps_photograph", facts.keeps_photograph}};
-  }
 
   std::string folder_;
   std::vector<std::string> class_names_;

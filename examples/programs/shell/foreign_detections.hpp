@@ -1,38 +1,30 @@
 #pragma once
 
 #include "exported_pictures.hpp"
-#include "run_page.hpp"
-#include "side_by_side.hpp"
+#include "picture_sheet.hpp"
+#include "survey_watch.hpp"
 
 namespace tapestry::shell {
 
 /// A picture that PictureExport has written.
 struct ExportedPicture {
-  std::string file, texture;
-  ViewFacts view;
+  std::string file;
+  Json facts;  ///< its texture, frame and column
   detect::Box target;
   std::vector<detect::Detection> detections{};  ///< of another program, most confident first
+  double best_confidence = 0;                   ///< of them in the car, before they are suppressed here
 };
 
 /// The pictures of a folder.
 struct ExportedPictures {
-  Json about;
+  Json about;  ///< the measurement, see facts_for_labels()
   std::vector<std::string> class_names{};
-  std::size_t class_index = 0;              ///< of the car
-  std::size_t draws = 1;                    ///< pictures of a view
-  std::vector<std::string> textures{};      ///< in the order of the survey
-  std::vector<ExportedPicture> pictures{};  ///< texture by texture, all of the same views
+  std::size_t class_index = 0;  ///< of the car
+  std::vector<ExportedPicture> pictures{};
+  double least_score = 1;  ///< of another program's detections
 };
 
 namespace detail {
-inline ViewFacts view_facts(const Json& json) {
-  ViewFacts facts{json.at("name"),     json.at("azimuth_deg"),  json.at("elevation_deg"),
-                  json.at("distance"), json.at("hidden_share"), json.at("car_share")};
-  if (!json.at("registration").is_null()) facts.registration = json.at("registration").get<double>();
-  facts.keeps_photograph = json.at("keeps_photograph");
-  return facts;
-}
-
 inline detect::Box box_of(const Json& bbox) {
   const auto [left, top, width, height] = bbox.get<std::array<double, 4>>();
   return detect::box_from_corners(left, top, left + width, top + height);
@@ -42,7 +34,6 @@ inline detect::Box box_of(const Json& bbox) {
 inline ExportedPictures exported_pictures(const Json& json) {
   ExportedPictures all{json.at("info")};
   if (all.about.at("format") != pictures_format) throw DomainError("not " + std::string(pictures_format));
-  all.draws = all.about.at("draws");
   for (const Json& category : json.at("categories")) all.class_names.push_back(category.at("name"));
   const Json& annotations = json.at("annotations");
   all.class_index = annotations.at(0).at("category_id").get<std::size_t>() - 1;
@@ -50,20 +41,12 @@ inline ExportedPictures exported_pictures(const Json& json) {
     const Json& image = json["images"][i];
     if (image.at("id") != i + 1 || annotations.at(i).at("image_id") != i + 1)
       throw DomainError("image " + std::to_string(i + 1) + " in another place");
-    const std::string texture = image.at("texture");
-    if (all.textures.empty() || all.textures.back() != texture) all.textures.push_back(texture);
-    all.pictures.push_back(
-        {image.at("file_name"), texture, view_facts(image.at("view")), box_of(annotations.at(i).at("bbox"))});
+    all.pictures.push_back({image.at("file_name"), image, box_of(annotations.at(i).at("bbox"))});
   }
-  const std::size_t views = all.pictures.size() / std::max<std::size_t>(1, all.textures.size());
-  if (views * all.textures.size() != all.pictures.size()) throw DomainError("textures of other views");
-  for (std::size_t i = 0; i < all.pictures.size(); ++i)
-    if (all.pictures[i].texture != all.textures[i / views]) throw DomainError("textures of other views");
-  if (all.textures.size() < 2 || all.textures[0] != "photo" || all.textures[1] != "clean" ||
-      all.class_index >= all.class_names.size() || all.draws == 0 || views % all.draws != 0)
-    throw DomainError("not the pictures of a survey");
+  if (all.class_index >= all.class_names.size()) throw DomainError("a class without a name");
   return all;
 }
+
 }  // namespace detail
 
 /// Compares labels and pictures of a folder with the hashes in its labels.
@@ -143,9 +126,11 @@ inline void require_no_corners(const std::string& path, const ExportedPictures& 
 
 /// Reads COCO's results of any program: a list of image_id, category_id, bbox (left, top, width, height in
 /// pixels) and score. Pictures without an entry have no detections.
+/// \param nms  IoU above which a weaker detection is suppressed; none: the program has done so
 /// \throws FileError naming the first entry that is malformed or has an unknown picture or category; mismatch
 ///         for corners in place of sides
-inline void read_detections(const std::string& path, ExportedPictures& all) {
+inline void read_detections(const std::string& path, ExportedPictures& all,
+                            const std::optional<double>& nms) {
   const Json results = io::read_json(io::read_text_file(path), path).value;
   const auto refuse = [&](std::size_t entry, ErrorKind kind, const std::string& what,
                           const std::string& expected = {}) {
@@ -168,79 +153,60 @@ inline void read_detections(const std::string& path, ExportedPictures& all) {
       if (!(score >= 0 && score <= 1) || !(box.w >= 0) || !(box.h >= 0))
         refuse(i, ErrorKind::malformed, "score or bbox out of range", "score in 0 to 1, sides not below 0");
       all.pictures[image - 1].detections.push_back({category - 1, score, score, box});
+      all.least_score = std::min(all.least_score, score);
     } catch (const Json::exception& error) {
       refuse(i, ErrorKind::malformed, json_fault(error.what()));
     }
   }
   require_no_corners(path, all);
-  for (auto& picture : all.pictures)
-    std::ranges::stable_sort(picture.detections, std::greater{}, &detect::Detection::confidence);
+  for (auto& [file, facts, target, detections, best] : all.pictures) {
+    std::ranges::stable_sort(detections, std::greater{}, &detect::Detection::confidence);
+    for (auto one = detections.rbegin(); one != detections.rend(); ++one)
+      if (evaluate::is_found({*one}, {all.class_index, target})) best = one->confidence;
+    if (nms) detections = detect::suppress(std::move(detections), *nms);
+  }
 }
 
-/// The survey of exported pictures by the detections in them.
-inline evaluate::Survey survey_of(const ExportedPictures& all, const evaluate::MeterSettings& settings) {
-  const auto related = evaluate::related_classes(all.class_names, all.class_index);
-  const std::size_t views = all.pictures.size() / all.textures.size();
-  const auto measured = [&](const std::string& name, const auto&) {
-    const auto place = static_cast<std::size_t>(std::ranges::find(all.textures, name) - all.textures.begin());
-    evaluate::Measurement measurement{name, all.draws};
-    measurement.class_names = all.class_names;
-    std::vector<std::vector<bool>> found_in_sweep(settings.sweep.size());
-    for (std::size_t i = place * views; i < (place + 1) * views; ++i) {
-      const auto& [file, texture, view, box, detections] = all.pictures[i];
-      const loss::Target target{all.class_index, box};
-      const auto surest = std::ranges::find_if(
-          detections, [&](const auto& one) { return evaluate::is_found({one}, target); });
-      const double best = surest == detections.end() ? 0 : surest->confidence;
-      evaluate::detail::add_result(evaluate::view_result(detections, best, target, related, settings),
-                                   measurement, found_in_sweep);
-    }
-    evaluate::detail::summarise(measurement, found_in_sweep, all.draws);
-    return measurement;
+/// States what is unknown of confidences where a program states no weak ones.
+/// \param noise, paint  best confidences in pictures with matched noise and with the camouflage
+inline std::string words_on_floor(double least_score, const std::vector<double>& noise,
+                                  const std::vector<double>& paint) {
+  std::string words = "The detections have no confidence below " + formatted("%.2g", least_score) +
+                      "; where no box overlaps the car it counts as 0";
+  const auto unknown = [](const std::vector<double>& best) { return std::ranges::count(best, 0.0); };
+  const auto share = [&](const std::vector<double>& best) {
+    return least_score * static_cast<double>(unknown(best)) / static_cast<double>(best.size());
   };
-  const bool has_adversarial = all.textures.size() > 2 && all.textures[2] == "adversarial";
-  return evaluate::survey_of(
-      has_adversarial, {all.textures.begin() + (has_adversarial ? 3 : 2), all.textures.end()}, measured);
+  if (!noise.empty() && !paint.empty())
+    words += formatted(
+        ", in %zu of %zu pictures with matched noise and %zu of %zu with the camouflage: the effect on best "
+        "confidence may be up to %.3f more or %.3f less",
+        static_cast<std::size_t>(unknown(noise)), noise.size(), static_cast<std::size_t>(unknown(paint)),
+        paint.size(), share(noise), share(paint));
+  return words + ".";
 }
 
-inline RunReport report_of(const ExportedPictures& all, const evaluate::MeterSettings& settings) {
-  RunReport report;
-  report.survey = survey_of(all, settings);
-  report.held_out = all.about.value("held_out", false);
-  if (const Json share = all.about.value("noise_in_place", Json()); share.is_number())
-    report.noise_in_place = share.get<double>();
-  report.options = all.about.value("options", Json::object());
-  return report;
-}
-
-/// Some views as SideBySide shows them, with the detections of another program above a confidence.
+/// Some pictures of each of these columns, side by side, with the detections above a confidence.
 /// \throws FileError for a picture that is no longer readable
-inline ViewPictures pictures_of(const ExportedPictures& all, const std::string& folder, double confidence) {
-  const std::size_t views = all.pictures.size() / all.textures.size();
-  ViewPictures shown{shown_places(most_large_views, views)};
-  for (const auto& [texture, words] : shown_textures()) {
-    const auto found = std::ranges::find(all.textures, texture);
-    if (found == all.textures.end()) continue;
-    auto& pictures = shown.ways.emplace_back(words, std::vector<MarkedPicture>()).second;
-    for (const std::size_t place : shown.places) {
-      const auto& picture =
-          all.pictures[static_cast<std::size_t>(found - all.textures.begin()) * views + place];
-      auto& marked = pictures.emplace_back(MarkedPicture{io::read_image(folder + "/" + picture.file)});
-      for (const auto& one : picture.detections)
-        if (one.confidence >= confidence)
-          marked.boxes.push_back(labelled_box(one, all.class_names,
-                                              evaluate::is_found({one}, {all.class_index, picture.target})));
+inline Bitmap sheet_of(const ExportedPictures& all, const std::string& folder, double confidence,
+                       const std::vector<std::size_t>& columns) {
+  constexpr std::size_t most = 4, side = 240;
+  std::vector<MarkedPicture> shown;
+  for (const std::size_t column : columns) {
+    std::vector<const ExportedPicture*> pictures;
+    for (const auto& picture : all.pictures)
+      if (picture.facts.at("column") == column) pictures.push_back(&picture);
+    for (const std::size_t place : shown_places(most, pictures.size())) {
+      const auto& [file, facts, target, detections, best] = *pictures[place];
+      MarkedPicture marked{io::read_image(folder + "/" + file)};
+      for (const auto& one : detections)
+        if (one.confidence > confidence)
+          marked.boxes.push_back(
+              labelled_box(one, all.class_names, evaluate::is_found({one}, {all.class_index, target})));
+      shown.push_back(fitted_within(std::move(marked), side));
     }
   }
-  return shown;
-}
-
-/// The views of exported pictures with their measurements, for views.csv and the page.
-inline ViewList list_of(const ExportedPictures& all, const RunReport& report) {
-  std::vector<ViewFacts> views;
-  for (std::size_t i = 0; i < all.pictures.size() / all.textures.size(); ++i)
-    views.push_back(all.pictures[i].view);
-  return list_of(report, std::move(views));
+  return contact_sheet(shown, most);
 }
 
 }  // namespace tapestry::shell

@@ -17,13 +17,15 @@ Json json_of(const evaluate::Measurement& measurement) {
   for (const std::size_t k : measurement.fates.commonest_names(renamed_to.size()))
     names[class_name(k, measurement.class_names, "class ")] = renamed_to[k];
   fates["renamed_to"] = names;
-  return {{"views", measurement.rate.views / measurement.draws},
-          {"pictures", measurement.rate.views},
-          {"detected", measurement.rate.detected},
-          {"fates", fates},
-          {"p_at_50", measurement.rate.p_at_50},
-          {"interval", measurement.rate.interval},
-          {"mean_best_confidence", measurement.mean_best_confidence}};
+  Json json{{"views", measurement.rate.views / measurement.draws},
+            {"pictures", measurement.rate.views},
+            {"detected", measurement.rate.detected},
+            {"fates", fates},
+            {"p_at_50", measurement.rate.p_at_50},
+            {"interval", measurement.rate.interval},
+            {"mean_best_confidence", measurement.mean_best_confidence}};
+  add_json(json, measurement.precision);
+  return json;
 }
 
 Json json_of(const evaluate::Effect& effect) {
@@ -73,6 +75,19 @@ Json metrics_json(const RunReport& report) {
 
 std::string percent_text(double share) { return fixed(100 * share, 1) + " %"; }
 
+std::string per_cent(const std::optional<double>& share) { return share ? fixed(100 * *share, 1) : "-"; }
+
+std::string precision_fields(const evaluate::PrecisionSummary& precision) {
+  const auto field = [](const auto& share) { return share ? csv_line(*share) : std::string(); };
+  return field(precision.ap50) + "," + field(precision.ap);
+}
+
+void add_json(Json& json, const evaluate::PrecisionSummary& precision) {
+  const auto value = [](const auto& share) { return share ? Json(*share) : Json(); };
+  json["ap50"] = value(precision.ap50);
+  json["ap"] = value(precision.ap);
+}
+
 std::string decimal_text(double value) { return fixed(value, 3); }
 
 std::vector<const evaluate::Measurement*> rows_of(const RunReport& report) {
@@ -85,10 +100,10 @@ std::vector<const evaluate::Measurement*> rows_of(const RunReport& report) {
 std::string metrics_csv(const RunReport& report) {
   std::string text =
       "picture,views,detected,p_at_50,p_at_50_low,p_at_50_high,mean_best_confidence,found,related,renamed,"
-      "misplaced,lost\n";
+      "misplaced,lost,ap50,ap\n";
   for (const auto* row : rows_of(report))
     text += csv_line(row->name, row->rate.views, row->rate.detected, row->rate.p_at_50, row->rate.interval,
-                     row->mean_best_confidence, row->fates.pictures) +
+                     row->mean_best_confidence, row->fates.pictures, precision_fields(row->precision)) +
             "\n";
   return text;
 }
@@ -152,9 +167,12 @@ std::string summary_text(const RunReport& report) {
                                      : "\nthe views that were optimised on\n";
   for (const auto* row : rows_of(report)) {
     text += formatted(
-        "  %-13s found in %3zu of %3zu   P@0.5 %5.1f %%  (95 %%: %.1f to %.1f)   mean best confidence %.3f\n",
+        "  %-13s found in %3zu of %3zu   P@0.5 %5.1f %%  (95 %%: %.1f to %.1f)   AP50 %s, AP50:95 %s %%   "
+        "mean "
+        "best confidence %.3f\n",
         row->name.c_str(), row->rate.detected, row->rate.views, 100 * row->rate.p_at_50,
-        100 * row->rate.interval[0], 100 * row->rate.interval[1], row->mean_best_confidence);
+        100 * row->rate.interval[0], 100 * row->rate.interval[1], per_cent(row->precision.ap50).c_str(),
+        per_cent(row->precision.ap).c_str(), row->mean_best_confidence);
     text += fates_line(*row);
   }
   if (const std::size_t draws = report.survey.photo.draws; draws > 1)

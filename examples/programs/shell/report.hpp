@@ -35,6 +35,15 @@ Json metrics_json(const RunReport& report);
 
 std::string percent_text(double share);
 
+/// A share in per cent without a sign; "-" for none.
+std::string per_cent(const std::optional<double>& share);
+
+/// AP50 and AP50:95 for a CSV; empty for none.
+std::string precision_fields(const evaluate::PrecisionSummary& precision);
+
+/// Adds AP50 and AP50:95; null for none.
+void add_json(Json& json, const evaluate::PrecisionSummary& precision);
+
 std::string decimal_text(double value);
 
 std::vector<const evaluate::Measurement*> rows_of(const RunReport& report);

@@ -14,8 +14,8 @@ WordTable table_of(const RunReport& report) {
       "a box is of a truck, bus, train or van), renamed (of any other class), misplaced (a box of the car's "
       "class overlaps it by 0.1 to 0.5) or lost: none of these; other classes may still overlap it by less "
       "than 0.5.",
-      {"picture", "found", "P@0.5", "95 % interval (Wilson)", "mean best confidence", "related", "renamed",
-       "misplaced", "lost"}};
+      {"picture", "found", "P@0.5", "95 % interval (Wilson)", "AP50, AP50:95, %", "mean best confidence",
+       "related", "renamed", "misplaced", "lost"}};
   for (const auto* row : rows_of(report)) {
     const auto pictures = [&](evaluate::Fate fate) { return std::to_string(row->fates.of(fate)); };
     const std::string names = new_names_text(row->fates, row->class_names);
@@ -23,6 +23,7 @@ WordTable table_of(const RunReport& report) {
                           std::to_string(row->rate.detected) + " of " + std::to_string(row->rate.views),
                           percent_text(row->rate.p_at_50),
                           percent_text(row->rate.interval[0]) + " to " + percent_text(row->rate.interval[1]),
+                          per_cent(row->precision.ap50) + ", " + per_cent(row->precision.ap),
                           decimal_text(row->mean_best_confidence), pictures(evaluate::Fate::related),
                           pictures(evaluate::Fate::renamed) + (names.empty() ? "" : " (" + names + ")"),
                           pictures(evaluate::Fate::misplaced), pictures(evaluate::Fate::lost)});

@@ -49,4 +49,15 @@ struct AveragePrecision {
                                                  const std::vector<ScoredBox>& detections,
                                                  std::size_t class_count);
 
+/// A box of a target's class in its picture.
+struct BoxOnTarget {
+  float confidence = 0;
+  float iou = 0;  ///< with the target
+};
+
+/// average_precision() of pictures with one object each, which its target stands for: every other box of its
+/// class counts as wrong, as one on another car does.
+/// \param pictures  boxes of the target's class in each
+[[nodiscard]] PrecisionSummary target_precision(const std::vector<std::vector<BoxOnTarget>>& pictures);
+
 }  // namespace tapestry::evaluate

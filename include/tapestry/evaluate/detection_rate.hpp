@@ -74,6 +74,13 @@ struct DetectionRate {
 /// \throws ShapeError where seeds or draws are several and the pictures are not as many of each view
 [[nodiscard]] DetectionRate detection_rate(const std::vector<bool>& found, const PictureOrder& order = {});
 
+/// P@0.5 at each threshold of confidence.
+/// \param found_confidence  of each picture, see ViewResult
+/// \throws ShapeError as detection_rate()
+[[nodiscard]] std::vector<DetectionRate> rates_above(const std::vector<double>& thresholds,
+                                                     const std::vector<double>& found_confidence,
+                                                     const PictureOrder& order);
+
 /// ASR: of the pictures with a found clean target, the share where the painted one was missed.
 struct AttackSuccess {
   std::size_t views = 0;                     ///< pictures found in clean; 0: there is no rate to report

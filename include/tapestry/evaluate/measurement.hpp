@@ -26,7 +26,6 @@ struct Photography {
   image::Conditions conditions{};
   std::size_t draws = 1;  ///< photographs of each view
   std::uint64_t seed = 1;
-  bool in_bytes = false;  ///< whether pictures are first rounded to 8 bits a channel
 };
 
 /// Results of one texture over a set of views.
@@ -41,6 +40,8 @@ struct Measurement {
   DetectionRate rate{};
   double mean_best_confidence = 0;     ///< over the pictures, 0 without any: shows more than a rate
   std::vector<DetectionRate> sweep{};  ///< the rate at each threshold of the meter's sweep
+  std::vector<std::vector<BoxOnTarget>> ranked{};  ///< one entry a picture, see ViewResult
+  PrecisionSummary precision{};                    ///< of them
 };
 
 /// One measured picture.
@@ -87,22 +88,19 @@ namespace detail {
 }
 
 /// Appends the result of a picture.
-inline void add_result(const ViewResult& result, Measurement& measurement,
-                       std::vector<std::vector<bool>>& found_in_sweep) {
+inline void add_result(const ViewResult& result, Measurement& measurement) {
   measurement.found.push_back(result.found);
   measurement.best_confidence.push_back(result.best_confidence);
   measurement.outcomes.push_back(result.outcome);
-  for (std::size_t k = 0; k < found_in_sweep.size(); ++k)
-    found_in_sweep[k].push_back(result.found_in_sweep[k]);
+  measurement.ranked.push_back(result.ranked);
 }
 
-/// Computes rates and means of the results.
-inline void summarise(Measurement& measurement, const std::vector<std::vector<bool>>& found_in_sweep,
-                      std::size_t draws) {
-  measurement.rate = detection_rate(measurement.found, {draws});
+/// Computes rates and means of the results, without the sweep.
+inline void summarise(Measurement& measurement) {
+  measurement.rate = detection_rate(measurement.found, {measurement.draws});
   measurement.fates = fate_counts(measurement.outcomes);
+  measurement.precision = target_precision(measurement.ranked);
   measurement.mean_best_confidence = mean_of(measurement.best_confidence);
-  for (const auto& found : found_in_sweep) measurement.sweep.push_back(detection_rate(found, {draws}));
 }
 }  // namespace detail
 
@@ -121,7 +119,7 @@ template <std::invocable<const MeasuredPicture&> Visit>
   if (photography.draws == 0) throw DomainError("measure: no photographs of a view");
   Measurement measurement{name, photography.draws};
   measurement.class_names = meter.detector().names();
-  std::vector<std::vector<bool>> found_in_sweep(meter.settings().sweep.size());
+  std::vector<double> found_confidence;
   const std::size_t draws = photography.draws;
   using ViewPointer = camouflage::ViewStore<float>::ViewPointer;
   std::vector<ViewPointer> shown(views.size());  // views whose pictures are being made
@@ -150,11 +148,13 @@ template <std::invocable<const MeasuredPicture&> Visit>
   };
   for_each_in_order(views.size() * draws, examine, [&](std::size_t i, const Examined& examined) {
     const auto& [view, photograph, result] = examined;
-    detail::add_result(result, measurement, found_in_sweep);
+    detail::add_result(result, measurement);
+    found_confidence.push_back(result.found_confidence);
     visit(MeasuredPicture{name, photograph.picture, *view, photograph.target, result});
     if ((i + 1) % draws == 0) shown[i / draws].reset();
   });
-  detail::summarise(measurement, found_in_sweep, photography.draws);
+  detail::summarise(measurement);
+  measurement.sweep = rates_above(meter.settings().sweep, found_confidence, {draws});
   return measurement;
 }
 
@@ -212,32 +212,6 @@ struct Survey {
   std::optional<Effect> effect_beyond_other_run;  ///< if the other run is among the controls
 };
 
-/// The survey of measurements in the same views.
-/// \param controls  their names
-/// \param measured  called as measured(name, control), in the order of Survey's members, `control` being the
-///                  index of a control and none for the others; returns a Measurement
-template <class Measured>
-[[nodiscard]] Survey survey_of(bool has_adversarial, const std::vector<std::string>& controls,
-                               Measured measured) {
-  Survey survey;
-  survey.photo = measured("photo", std::nullopt);
-  survey.clean = measured("clean", std::nullopt);
-  if (has_adversarial) {
-    survey.adversarial = measured("adversarial", std::nullopt);
-    survey.asr =
-        attack_success_rate(survey.clean.found, survey.adversarial->found, {survey.adversarial->draws});
-  }
-  for (std::size_t i = 0; i < controls.size(); ++i) {
-    survey.controls.push_back(measured(controls[i], std::optional(i)));
-    if (!survey.adversarial) continue;
-    if (controls[i] == matched_noise_name)
-      survey.effect = effect_beyond(survey.controls.back(), *survey.adversarial);
-    if (controls[i] == other_run_name)
-      survey.effect_beyond_other_run = effect_beyond(survey.controls.back(), *survey.adversarial);
-  }
-  return survey;
-}
-
 /// Measures the untouched frames as "photo", the car in its own colours as "clean", the camouflage as
 /// "adversarial", if there is one, and the controls by their names, in this order; parameters as measure().
 /// If the camouflage moves the shape, too, its controls have that shape, so that an effect beyond them
@@ -246,21 +220,28 @@ template <std::invocable<const MeasuredPicture&> Visit>
 [[nodiscard]] Survey survey(Meter& meter, camouflage::ViewStore<float>& store,
                             const std::vector<std::size_t>& views, const SurveyedTextures& textures,
                             Visit&& visit, const Photography& photography = {}) {
-  std::vector<std::string> controls;
-  for (const Control& control : textures.controls) controls.push_back(control.name);
-  const auto measured = [&](const std::string& name, const std::optional<std::size_t>& control) {
-    const camouflage::Paint<float>* paint = name == "clean" ? &textures.clean : nullptr;
-    camouflage::ViewStore<float>* shape = nullptr;
-    if (control) {
-      paint = &textures.controls[*control].paint;
-      shape = name == other_run_name ? textures.reshaped_by_other : textures.reshaped;
-    } else if (name == "adversarial") {
-      paint = &*textures.adversarial;
-      shape = textures.reshaped;
-    }
+  const auto measured = [&](const std::string& name, const camouflage::Paint<float>* paint,
+                            camouflage::ViewStore<float>* shape) {
     return measure(name, meter, shape != nullptr ? *shape : store, views, paint, visit, photography);
   };
-  return survey_of(textures.adversarial.has_value(), controls, measured);
+  Survey survey;
+  survey.photo = measured("photo", nullptr, nullptr);
+  survey.clean = measured("clean", &textures.clean, nullptr);
+  if (textures.adversarial) {
+    survey.adversarial = measured("adversarial", &*textures.adversarial, textures.reshaped);
+    survey.asr =
+        attack_success_rate(survey.clean.found, survey.adversarial->found, {survey.adversarial->draws});
+  }
+  for (const auto& [name, paint, share_in_place] : textures.controls) {
+    const bool is_other = name == other_run_name;
+    survey.controls.push_back(
+        measured(name, &paint, is_other ? textures.reshaped_by_other : textures.reshaped));
+    if (!survey.adversarial) continue;
+    if (name == matched_noise_name || is_other)
+      (is_other ? survey.effect_beyond_other_run : survey.effect) =
+          effect_beyond(survey.controls.back(), *survey.adversarial);
+  }
+  return survey;
 }
 
 }  // namespace tapestry::evaluate

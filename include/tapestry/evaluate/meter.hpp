@@ -1,5 +1,6 @@
 #pragma once
 #include <tapestry/detect/detector.hpp>
+#include <tapestry/evaluate/average_precision.hpp>
 #include <tapestry/evaluate/detail/fate.hpp>
 #include <tapestry/evaluate/detection_rate.hpp>
 #include <tapestry/evaluate/views.hpp>
@@ -18,12 +19,17 @@ struct MeterSettings {
 struct ViewResult {
   std::vector<detect::Detection> detections{};  ///< above the confidence, most confident first
   bool found = false;
-  ViewOutcome outcome{};               ///< found, renamed, lost, …, of those detections
-  std::vector<bool> found_in_sweep{};  ///< at each threshold of the sweep
-  double found_confidence = 0;  ///< the car is found at each threshold below it, down to the least of the
-                                ///< sweep's and the meter's own; 0 if at none of them
-  double best_confidence = 0;   ///< of the car, whatever the thresholds; see best_confidence()
+  ViewOutcome outcome{};              ///< found, renamed, lost, …, of those detections
+  double found_confidence = 0;        ///< the car is found at each threshold below it, down to
+                                      ///< ranked_confidence; 0 if at none of them
+  double best_confidence = 0;         ///< of the car, whatever the thresholds; see best_confidence()
+  std::vector<BoxOnTarget> ranked{};  ///< boxes for average precision, see ranked_confidence
 };
+
+/// Boxes of the car's class above this confidence, at most `most_ranked` of a picture and the surest, count
+/// for average precision.
+inline constexpr double ranked_confidence = 0.001;
+inline constexpr std::size_t most_ranked = 16;
 
 /// The result of a picture, from the detections of any detector.
 ///

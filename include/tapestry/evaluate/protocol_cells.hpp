@@ -11,6 +11,7 @@ struct TextureCell {
   double mean_best_confidence = 0;  ///< over them, 0 without any
   AttackSuccess success{};          ///< relative to the clean texture, which hides nothing
   FateCounts fates{};               ///< of the measured frames
+  PrecisionSummary precision{};     ///< of them
 };
 
 /// Some frames of a protocol.
@@ -76,7 +77,8 @@ template <std::predicate<std::size_t> Belongs>
         {detection_rate(found, order),
          detail::mean_of(measured_values(outcomes, outcomes.best_confidence, k, belongs)),
          attack_success_rate(detail::found_in(outcomes, 0, belongs, order.draws), found, order),
-         fate_counts(detail::fates_in(outcomes, k, belongs))});
+         fate_counts(detail::fates_in(outcomes, k, belongs)),
+         target_precision(ranked_boxes(outcomes, k, belongs))});
   }
   return cell;
 }
@@ -187,13 +189,6 @@ template <std::predicate<std::size_t> Belongs>
 /// \param part, whole  effects, [draw, view]
 [[nodiscard]] std::optional<PairedRatio> share_kept(const Array<double, 2>& part,
                                                     const Array<double, 2>& whole);
-
-/// P@0.5 at each threshold of confidence.
-/// \param found_confidence  of each picture, see ViewResult
-/// \throws ShapeError as detection_rate()
-[[nodiscard]] std::vector<DetectionRate> rates_above(const std::vector<double>& thresholds,
-                                                     const std::vector<double>& found_confidence,
-                                                     const PictureOrder& order);
 
 /// The effect of a texture beyond a control on mean best confidence in some frames, divided by that in
 /// other frames of the same views in the same order. Nothing if the second does not differ from 0, or if

@@ -11,6 +11,7 @@ struct ComparedTexture {
   evaluate::FateCounts fates{};
   std::vector<evaluate::DetectionRate> sweep{};  ///< at swept_thresholds
   double attention = 0;                          ///< share of heat maps on the car, where they were made
+  evaluate::PrecisionSummary precision{};
 };
 
 /// Results of the noise that is drawn in each picture, and the camouflage's effect beyond it.
@@ -110,6 +111,7 @@ inline ComparedTexture compared_texture(const ColumnMeasurements& column, std::s
   ComparedTexture compared;
   std::vector<evaluate::ViewOutcome> fates;
   std::vector<double> confidence, attention, found_confidence;
+  std::vector<std::vector<evaluate::BoxOnTarget>> ranked;
   for (const auto& seed : column.seeds) {
     const auto& outcomes = seed.first->outcomes;
     const auto& part = seed.second;  // clang 14 captures no structured binding
@@ -120,12 +122,14 @@ inline ComparedTexture compared_texture(const ColumnMeasurements& column, std::s
     append(found_confidence, values(outcomes.found_confidence));
     append(attention, values(outcomes.attention));
     append(fates, evaluate::detail::fates_in(outcomes, texture, part.belongs));
+    append(ranked, evaluate::ranked_boxes(outcomes, texture, part.belongs));
   }
   const auto order = picture_order(column, texture);
   compared.rate = evaluate::detection_rate(found_in_seeds(column, texture), order);
   compared.fates = evaluate::fate_counts(fates);
   compared.mean_best_confidence = evaluate::detail::mean_of(confidence);
   compared.attention = evaluate::detail::mean_of(attention);
+  compared.precision = evaluate::target_precision(ranked);
   compared.sweep = evaluate::rates_above(swept_thresholds, found_confidence, order);
   return compared;
 }

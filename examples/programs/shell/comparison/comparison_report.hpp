@@ -37,6 +37,10 @@ inline std::vector<TextureFigure> texture_figures(const Comparison& comparison) 
   std::vector<TextureFigure> figures{
       {"pictures in which the car is found, % (P@0.5), 95 %", "found, %, 95 %",
        [](const auto& texture) { return percent_text(texture.rate.p_at_50, texture.rate.interval); }},
+      {"average precision, %: AP50 / AP50:95", "AP50 / AP50:95, %",
+       [](const auto& texture) {
+         return per_cent(texture.precision.ap50) + " / " + per_cent(texture.precision.ap);
+       }},
       {"mean best confidence", "mean best confidence",
        [](const auto& texture) { return fixed(texture.mean_best_confidence, 3); }},
       {"found at a confidence above .05, %", "found above .05, %",
@@ -188,7 +192,8 @@ inline std::string csv_fields(const ComparedTexture& texture) {
   for (const auto& rate : texture.sweep) sweep.push_back(rate.p_at_50);
   const auto& rate = texture.rate;
   return csv_line(rate.views, rate.detected, rate.p_at_50, rate.interval, texture.mean_best_confidence,
-                  std::span(texture.fates.pictures).subspan(1), sweep, texture.attention);
+                  std::span(texture.fates.pictures).subspan(1), sweep, texture.attention,
+                  precision_fields(texture.precision));
 }
 
 inline std::string csv_fields(const ComparedCell& cell) {
@@ -212,7 +217,8 @@ inline std::string csv_header() {
   for (const double threshold : swept_thresholds)
     header += ",p_at_50_above_" + evaluate::detail::short_number(threshold);
   return header +
-         ",attention,effect,effect_low,effect_high,effect_p_at_50,effect_p_at_50_low,effect_p_at_50_high,"
+         ",attention,ap50,ap,effect,effect_low,effect_high,effect_p_at_50,effect_p_at_50_low,effect_p_at_50_"
+         "high,"
          "detected_in_clean,hidden,asr,asr_low,asr_high,kept,kept_low,kept_high,first_minus,first_minus_low,"
          "first_minus_high,odds_ratio,odds_ratio_low,odds_ratio_high,effect_picture,effect_picture_low,"
          "effect_picture_high\n";

@@ -49,6 +49,13 @@ struct SavedMeasurement {
   std::vector<std::string> weights{};  ///< of every detector, the run's own first
   std::string run{};
   std::vector<MeasuredContent> contents{};  ///< by detector
+
+  [[nodiscard]] ProtocolSubject subject() const {
+    return subject_of(weights, contents.front().frames.size());
+  }
+  [[nodiscard]] Protocol protocol() const {
+    return protocol_by_name(settings.protocol).make(settings, seed, subject());
+  }
 };
 
 /// The files of a ledger that were read in a role, in the order of their paths.
@@ -115,8 +122,9 @@ inline std::vector<MeasuredContent> contents_of(const Json& json, const SavedMea
   return contents;
 }
 
-inline SavedMeasurement read_saved_measurement(const std::string& path) {
-  const Json json = read_json_file(path);
+/// \param json  its settings
+/// \param path  of their file
+inline SavedMeasurement saved_measurement(const Json& json, const std::string& path) {
   const auto options = member_of<Json>(json, "options", path);
   SavedMeasurement saved;
   saved.settings.protocol = member_of<std::string>(json, "protocol", path);
@@ -173,7 +181,8 @@ inline void require_paint_of_run(const Json& settings, const std::string& run, c
 inline MeasuredFolder read_measured_folder(const std::string& folder) {
   require_file_of(folder, "settings.json", "evaluate --protocol");
   const std::string path = folder + "/settings.json";
-  const auto saved = detail::read_saved_measurement(path);
+  const Json settings = read_json_file(path);
+  const auto saved = detail::saved_measurement(settings, path);
   MeasuredFolder measured{folder, {}, {}, {}, saved.run};
   const std::string report = folder + "/" + saved.settings.protocol + ".json";
   const Json written = read_json_file(report);
@@ -181,13 +190,12 @@ inline MeasuredFolder read_measured_folder(const std::string& folder) {
   const bool has_run = !saved.run.empty() && is_there(manifest_path(saved.run), ErrorKind::malformed);
   const Json manifest = has_run ? read_json_file(manifest_path(saved.run)) : Json();
   measured.made_by = detail::facts_of(written, manifest);
-  detail::require_paint_of_run(read_json_file(path), saved.run, manifest, path);
+  detail::require_paint_of_run(settings, saved.run, manifest, path);
   const auto noise = std::ranges::find(measured.textures, std::string(evaluate::matched_noise_name));
   const std::size_t extra_draws = noise == measured.textures.end() ? 0 : saved.settings.noise_draws - 1;
-  const auto subject = subject_of(saved.weights, saved.contents.front().frames.size());
-  measured.detector = subject.detectors.front();
+  measured.detector = saved.subject().detectors.front();
   measured.contents = saved.contents;
-  measured.protocol = protocol_by_name(saved.settings.protocol).make(saved.settings, saved.seed, subject);
+  measured.protocol = saved.protocol();
   measured.outcomes = read_outcomes(folder + "/outcomes.npz", measured.protocol.frames.size(),
                                     measured.textures.size() + extra_draws);
   measured.outcomes.draws.assign(measured.textures.size(), 1);

@@ -98,8 +98,9 @@ inline void add_options(MeasuredContent& content, const Json& options, bool on_p
   constexpr std::array paths{"mesh",    "faces", "frames",   "segmenter",      "cfg",
                              "weights", "names", "detector", "further-weights"};
   constexpr std::array free{"controls", "noise-draws", "clean-only"};
-  constexpr std::array shared{"class",     "confidence", "nms",           "size",       "decode", "fit",
-                              "precision", "mask",       "heat-map-kind", "background", "quick",  "protocol"};
+  constexpr std::array shared{"class",         "confidence", "nms",       "size",
+                              "decode",        "fit",        "precision", "mask",
+                              "heat-map-kind", "background", "quick",     "detections"};
   const auto is_one_of = [](const auto& names, const std::string& name) {
     return std::ranges::any_of(names, [&](const char* other) { return name == other; });
   };

@@ -16,6 +16,7 @@ struct ProtocolRequest {
   CamouflageSource camouflage;
   std::uint64_t seed = 1;
   std::string output;          ///< folder; nothing is written when empty
+  std::string pictures;        ///< folder for every picture; empty: none
   RunInputs run_inputs{};      ///< files that must equal those of the run
   std::size_t trained_on = 0;  ///< number of its photographs that the camouflage was made with
 };

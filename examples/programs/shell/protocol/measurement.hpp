@@ -1,10 +1,10 @@
 #pragma once
 #include <tapestry/io/npy.hpp>
 
+#include "../exported_pictures.hpp"
 #include "../progress.hpp"
 #include "../ranks.hpp"
 #include "../stop_signal.hpp"
-#include "../view_list.hpp"
 #include "protocol.hpp"
 
 namespace tapestry::shell {
@@ -19,6 +19,7 @@ void for_each_array(Outcomes& outcomes, Visit visit) {
   visit("best_confidence", outcomes.best_confidence);
   visit("found_confidence", outcomes.found_confidence);
   visit("attention", outcomes.attention);
+  visit("ranked", outcomes.ranked);
   visit("hidden_share", outcomes.hidden_share);
   visit("car_share", outcomes.car_share);
 }
@@ -38,7 +39,7 @@ inline evaluate::ProtocolOutcomes read_outcomes(const std::string& path, std::si
                       {path, "", "outcomes of another measurement",
                        std::to_string(frames) + " frames of " + std::to_string(textures) + " textures", ""});
     array = std::move(saved);
-    if constexpr (std::is_same_v<typename Values::value_type, double>)
+    if constexpr (std::is_floating_point_v<typename Values::value_type>)
       are_values &=
           std::ranges::all_of(array.storage(), [](double share) { return share >= 0 && share <= 1; });
   });
@@ -48,6 +49,20 @@ inline evaluate::ProtocolOutcomes read_outcomes(const std::string& path, std::si
       !std::ranges::all_of(outcomes.fate.storage(), at_most(evaluate::fate_names.size() - 1)))
     throw FileError(ErrorKind::malformed, {path, "", "values that no measurement has"});
   return outcomes;
+}
+
+/// Sets the outcome of the picture of a frame with the texture of a column.
+inline void set_result(evaluate::ProtocolOutcomes& outcomes, std::size_t frame, std::size_t column,
+                       const evaluate::ViewResult& result) {
+  outcomes.found(frame, column) = result.found ? 1 : 0;
+  outcomes.fate(frame, column) = static_cast<std::uint8_t>(result.outcome.fate);
+  outcomes.named(frame, column) = static_cast<std::uint16_t>(result.outcome.class_index);
+  outcomes.best_confidence(frame, column) = result.best_confidence;
+  outcomes.found_confidence(frame, column) = result.found_confidence;
+  for (std::size_t i = 0; i < result.ranked.size(); ++i) {
+    outcomes.ranked(frame, column, 2 * i) = result.ranked[i].confidence;
+    outcomes.ranked(frame, column, 2 * i + 1) = result.ranked[i].iou;
+  }
 }
 
 inline void write_outcomes(const std::string& path, const evaluate::ProtocolOutcomes& outcomes) {
@@ -84,6 +99,7 @@ struct ProtocolSource {
   /// Share of the attention that lies on the car; empty where it is not measured.
   std::function<double(const Array<float, 3>& picture, const camouflage::View<float>&, std::size_t frame)>
       attention{};
+  PictureExport* pictures = nullptr;  ///< writes every picture, which then has 8 bits a channel
 };
 
 /// A view's picture with a texture; for one without texels, only its background.
@@ -189,21 +205,28 @@ class ProtocolMeasurement {
     }
     outcomes_.car_share(frame) = car_share_of(views.original);
     auto& meter = source.meter(frame);
+    std::vector<std::pair<Json, Json>> labels(source.pictures != nullptr ? textures_.size() : 0);
     parallel_for(textures_.size(), [&](std::size_t k) {
       const auto& view = views.of(textures_, k);
       if (!pictures_[k]) {
         pictures_[k] = picture_of(frame, view, k, source);
         if (change) change->apply(pictures_[k]->picture);
       }
-      const auto& [picture, target] = *pictures_[k];
+      auto& [picture, target] = *pictures_[k];
+      if (!labels.empty()) {
+        picture = image::from_bytes<float>(image::to_bytes(picture));
+        const Json facts{{"texture", textures_[k].name},
+                         {"frame", frame},
+                         {"column", k},
+                         {"hidden_share", outcomes_.hidden_share(frame)},
+                         {"car_share", outcomes_.car_share(frame)}};
+        labels[k] = source.pictures->written(source.pictures->count() + 1 + k, picture, target, facts);
+      }
       const auto result = meter.examine(picture, view.name, target);
-      outcomes_.found(frame, k) = result.found ? 1 : 0;
-      outcomes_.fate(frame, k) = static_cast<std::uint8_t>(result.outcome.fate);
-      outcomes_.named(frame, k) = static_cast<std::uint16_t>(result.outcome.class_index);
-      outcomes_.best_confidence(frame, k) = result.best_confidence;
-      outcomes_.found_confidence(frame, k) = result.found_confidence;
+      set_result(outcomes_, frame, k, result);
       if (source.attention) outcomes_.attention(frame, k) = source.attention(picture, view, frame);
     });
+    for (auto& picture : labels) source.pictures->keep(std::move(picture));
     return true;
   }
 
@@ -211,7 +234,10 @@ class ProtocolMeasurement {
   void exchange(std::span<const std::size_t> frames) {
     const Ranks& ranks = Ranks::all();
     if (ranks.count() == 1) return;
-    std::vector<double> row(3 + 6 * textures_.size());
+    std::size_t width_of_all = 0;
+    for_each_array(outcomes_,
+                   [&](const char*, const auto& array) { width_of_all += array.size() / array.shape(0); });
+    std::vector<double> row(width_of_all);
     const auto copy = [&](std::size_t frame, double* values, auto assign) {
       for_each_array(outcomes_, [&](const char*, auto& array) {
         const std::size_t width = array.size() / array.shape(0);

@@ -87,6 +87,21 @@ inline std::vector<std::string> notes_on_effects(const ProtocolResult& result,
   return notes;
 }
 
+/// Note on what counts as found.
+inline std::string note_on_found(const DetectorSettings& detector) {
+  const auto number = evaluate::detail::short_number;
+  return (detector.precision == "float" ? "" : "Detectors run in " + detector.precision + ". ") +
+         "Found: a box of class " + detector.class_name + ", confidence above " +
+         number(detector.confidence) + ", after suppression at IoU " + number(detector.nms) +
+         ", that overlaps the box around the car's silhouette by IoU >= 0.5; the best confidence is that of "
+         "the surest such box, however low, before suppression. Else the frame is related (such a box is of "
+         "another vehicle), renamed (of any other class), misplaced (a box of the class overlaps it by 0.1 "
+         "to 0.5) or lost: none of these; other classes may still overlap it by less than 0.5. Attack "
+         "success counts the frames that are found in clean and not with the texture; where none is found "
+         "in clean it is not defined (-). Brackets: 95 % by Wilson, over the frames and, of noise, its "
+         "draws.";
+}
+
 /// Notes under every table.
 inline std::vector<std::string> notes_of(const Protocol& protocol, const ProtocolResult& result,
                                          const ProtocolRequest& request, const ProtocolInputs& inputs) {
@@ -95,16 +110,7 @@ inline std::vector<std::string> notes_of(const Protocol& protocol, const Protoco
   auto notes = notes_on_frames(protocol, result, request, inputs.reshaped.has_value());
   if (!inputs.changed.empty())
     notes.push_back("Inputs have changed since the run: " + text_of(inputs.changed) + ".");
-  notes.push_back(
-      (request.detector.precision == "float" ? "" : "Detectors run in " + request.detector.precision + ". ") +
-      "Found: a box of class " + request.detector.class_name + ", confidence above " +
-      number(request.detector.confidence) + ", after suppression at IoU " + number(request.detector.nms) +
-      ", that overlaps the box around the car's silhouette by IoU >= 0.5; the best confidence is that of the "
-      "surest such box, however low, before suppression. Else the frame is related (such a box is of another "
-      "vehicle), renamed (of any other class), misplaced (a box of the class overlaps it by 0.1 to 0.5) or "
-      "lost: none of these; other classes may still overlap it by less than 0.5. Attack success counts the "
-      "frames that are found in clean and not with the texture; where none is found in clean it is not "
-      "defined (-). Brackets: 95 % by Wilson, over the frames and, of noise, its draws.");
+  notes.push_back(note_on_found(request.detector));
   if (result.has_camouflage)
     for (const auto& note : notes_on_effects(result, request)) notes.push_back(note);
   std::string input = "Input";

@@ -70,12 +70,12 @@ inline std::string protocol_latex(const Protocol& protocol, const ProtocolResult
 
 inline std::string csv_row(const std::string& name, const evaluate::Cell& cell, const ProtocolResult& result,
                            std::size_t k) {
-  const auto& [rate, confidence, success, fates] = cell.textures[k];
+  const auto& [rate, confidence, success, fates, precision] = cell.textures[k];
   const bool is_attack = result.is_attack(k) && success.views > 0;
   return csv_line(name, result.textures[k], cell.measured, cell.left_out, cell.mean_hidden_share,
                   rate.detected, rate.p_at_50, rate.interval, confidence, success.views,
                   is_attack ? csv_line(success.hidden, success.rate, success.interval) : std::string(",,,"),
-                  std::span(fates.pictures).subspan(1)) +
+                  std::span(fates.pictures).subspan(1), precision_fields(precision)) +
          "\n";
 }
 
@@ -83,12 +83,13 @@ inline Json cell_json(const evaluate::Cell& cell, const ProtocolResult& result) 
   Json json = {
       {"frames", cell.measured}, {"left_out", cell.left_out}, {"mean_hidden_share", cell.mean_hidden_share}};
   for (std::size_t k = 0; k < result.textures.size(); ++k) {
-    const auto& [rate, confidence, success, fates] = cell.textures[k];
+    const auto& [rate, confidence, success, fates, precision] = cell.textures[k];
     Json texture = {{"detected", rate.detected},
                     {"p_at_50", rate.views > 0 ? Json(rate.p_at_50) : Json()},
                     {"interval", rate.interval},
                     {"mean_best_confidence", confidence}};
     texture["fates"] = json_of(fates);
+    add_json(texture, precision);
     if (result.is_attack(k))
       texture["attack_success"] = {{"views", success.views},
                                    {"hidden", success.hidden},
@@ -122,7 +123,7 @@ inline std::string protocol_csv(const Protocol& protocol, const ProtocolResult& 
   std::string text =
       table.row_title + "," + table.column_title +
       ",texture,frames,left_out,mean_hidden_share,detected,p_at_50,p_at_50_low,p_at_50_high,mean_best_"
-      "confidence,detected_in_clean,hidden,asr,asr_low,asr_high,related,renamed,misplaced,lost\n";
+      "confidence,detected_in_clean,hidden,asr,asr_low,asr_high,related,renamed,misplaced,lost,ap50,ap\n";
   for (std::size_t cell = 0; cell < result.cells.size(); ++cell)
     for (std::size_t k = 0; k < result.textures.size(); ++k)
       text += csv_row(csv_field(table.rows[cell / table.columns.size()]) + "," +

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "../report.hpp"
 #include "../view_list.hpp"
 #include "protocol.hpp"
 

@@ -46,6 +46,7 @@ inline Json settings_of(const ProtocolRequest& request, const ProtocolInputs& in
     options["noise-draws"] = request.settings.noise_draws;
   }
   options["seed"] = request.seed;
+  if (!request.pictures.empty()) options["in-bytes"] = true;
   Json settings{{"program", "evaluate"},
                 {"protocol", request.settings.protocol},
                 {"options", options},
@@ -119,7 +120,8 @@ inline void tell_cost(const std::string& folder, double seconds, const ProtocolM
 }
 
 /// A row for each photograph, detector and texture.
-inline std::string photographs_csv(const Protocol& protocol, const ProtocolInputs& inputs,
+/// \param photographs  paths
+inline std::string photographs_csv(const Protocol& protocol, const std::vector<std::string>& photographs,
                                    const ProtocolResult& result, const evaluate::ProtocolOutcomes& outcomes) {
   std::string text = "detector,texture,found,best_confidence,attention,fate,named,frame\n";
   const auto textures = column_names(result, outcomes);
@@ -135,25 +137,34 @@ inline std::string photographs_csv(const Protocol& protocol, const ProtocolInput
                        outcomes.found(frame, k), outcomes.best_confidence(frame, k),
                        protocol.maps_attention ? csv_line(outcomes.attention(frame, k)) : "",
                        evaluate::fate_names[outcomes.fate(frame, k)], named,
-                       csv_field(inputs.photographs[frame % inputs.photographs.size()]) + "\n");
+                       csv_field(photographs[frame % photographs.size()]) + "\n");
     }
   }
   return text;
 }
 
-/// The run's folder, and the outcomes that an earlier run with the same settings has saved there.
+/// Writes photographs.csv of a protocol on photographs. \param photographs  paths
+inline void write_photographs(const std::string& folder, const Protocol& protocol,
+                              const std::vector<std::string>& photographs, const ProtocolResult& result,
+                              const evaluate::ProtocolOutcomes& outcomes) {
+  if (protocol.on_photographs)
+    write_text(folder + "/photographs.csv", photographs_csv(protocol, photographs, result, outcomes));
+}
+
+/// The run's folder, and the outcomes that an earlier run with the same settings has saved there, unless it
+/// begins again.
 struct ProtocolFolder {
   std::string folder;  ///< empty for ranks that write nothing
   std::optional<RunFolder> claim{};
   evaluate::ProtocolOutcomes outcomes;
 
   ProtocolFolder(std::string path, const Json& settings, std::size_t frames,
-                 const std::vector<evaluate::Control>& textures)
+                 const std::vector<evaluate::Control>& textures, bool begins_again)
       : folder(std::move(path)), outcomes(frames, textures.size()) {
     if (!folder.empty()) {
       claim.emplace(folder, !is_there(folder, ErrorKind::write));
       settle_folder(folder, settings);
-      if (is_there(outcomes_path(), ErrorKind::malformed))
+      if (!begins_again && is_there(outcomes_path(), ErrorKind::malformed))
         outcomes = read_outcomes(outcomes_path(), frames, textures.size());
     }
     outcomes.draws = draws_of(textures);
@@ -181,17 +192,21 @@ struct ProtocolFolder {
   return true;
 } catch (const Stopped&) {
   std::cerr << "\nstopped with " << measurement.frames_pending() << " of " << protocol.frames.size()
-            << " frames to go; " << (folder.empty() ? "nothing was written" : "the same command goes on")
+            << " frames to go; "
+            << (folder.empty()               ? "nothing was written"
+                : source.pictures != nullptr ? "the same command begins again"
+                                             : "the same command goes on")
             << '\n';
   return false;
 }
 
-/// Adds a sheet of heat maps of each detector to the result's pictures.
+/// Adds a sheet of heat maps of each detector to the pictures of a result, where they are computed and shown.
 inline void add_attention(const std::string& folder, const Protocol& protocol,
                           const std::vector<evaluate::Control>& textures,
                           const ProtocolMeasurement& measurement, const ProtocolSource& source,
                           const ProtocolInputs& inputs, const ProtocolRequest& request,
                           ProtocolResult& result) {
+  if (!protocol.maps_attention || folder.empty()) return;
   for (std::size_t column = 0; column < inputs.detectors.size(); ++column)
     result.pictures.emplace_back(
         "Attention of " + protocol.table.columns[column] + ": " + result.shown_names(),
@@ -207,6 +222,23 @@ inline void add_attention(const std::string& folder, const Protocol& protocol,
                           .make(request.settings, request.seed, subject_of(request, inputs));
   if (protocol.on_photographs) protocol.view_of = photograph_view(inputs);
   return protocol;
+}
+
+/// Facts for the labels of the pictures of a protocol: all that its tables need beside the detections.
+inline Json facts_for_labels(const ProtocolRequest& request, const ProtocolInputs& inputs, Json settings,
+                             const ProtocolResult& result, const std::vector<evaluate::Control>& textures,
+                             std::vector<std::string> notes) {
+  std::erase(notes, note_on_found(request.detector));
+  settings["begun_in"] = begun_in(request.pictures);
+  Json facts{{"inputs", settings["inputs"]},
+             {"has_camouflage", result.has_camouflage},
+             {"notes", notes},
+             {"photographs", inputs.photographs}};
+  for (const auto& texture : textures)
+    facts["textures"].push_back({{"name", texture.name}, {"share_in_place", texture.share_in_place}});
+  settings.erase("inputs");
+  facts["settings"] = std::move(settings);
+  return facts;
 }
 
 /// Measures a protocol, prints its table and writes NAME.csv, .json, .md, .tex, .svg and .html; for renders
@@ -230,8 +262,11 @@ inline int evaluate_protocol(ProtocolRequest request) {
     request.trained_on = trained_on(request.camouflage.run, inputs.photographs, settings["inputs"]);
   const bool is_first = Ranks::all().is_first();
   const std::string folder = is_first ? request.output : "";
-  ProtocolFolder run(folder, settings, protocol.frames.size(), textures);
-  const ProtocolSource source = source_of(protocol, request, inputs, meters);
+  PictureExport pictures(request.pictures, meters.front().detector().names(),
+                         inputs.detectors.front().class_index);
+  ProtocolFolder run(folder, settings, protocol.frames.size(), textures, pictures.is_on());
+  ProtocolSource source = source_of(protocol, request, inputs, meters);
+  if (pictures.is_on()) source.pictures = &pictures;
   ProtocolMeasurement measurement(protocol, textures, run.outcomes_path(), std::move(run.outcomes));
   if (!has_measured(measurement, source, protocol, folder)) return StopSignal::exit_code();
   if (!is_first) return 0;
@@ -240,16 +275,14 @@ inline int evaluate_protocol(ProtocolRequest request) {
   for (const auto& meter : meters) result.class_names.push_back(meter.detector().names());
   if (protocol.on_photographs && result.sections.front().cell.measured == 0)
     throw Error(ErrorKind::mismatch, request.scene.frames + ": no frame shows the car");
-  if (protocol.maps_attention && !folder.empty())
-    add_attention(folder, protocol, textures, measurement, source, inputs, request, result);
+  add_attention(folder, protocol, textures, measurement, source, inputs, request, result);
   const auto notes = notes_of(protocol, result, request, inputs);
   std::cout << lines_for_terminal(protocol_text(protocol, result, notes));
   if (!folder.empty()) {
     write_report(folder, protocol, result, notes, settings, measurement.outcomes());
-    if (protocol.on_photographs)
-      write_text(folder + "/photographs.csv",
-                 photographs_csv(protocol, inputs, result, measurement.outcomes()));
+    write_photographs(folder, protocol, inputs.photographs, result, measurement.outcomes());
   }
+  if (pictures.is_on()) pictures.finish(facts_for_labels(request, inputs, settings, result, textures, notes));
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   tell_cost(folder, seconds, measurement, textures.size());
   if (!folder.empty()) remark("written: " + folder + "/" + protocol.name + ".html");

@@ -50,8 +50,7 @@ inline void require_protocol_options(const CLI::App& app, const ProtocolSettings
     refuse({"--controls", "--noise-draws", "--background", "--quick", "--further-weights", "--heat-map-kind"},
            " needs --protocol: digital measures the same frames, views the car alone, attention heat maps");
   else
-    refuse({"--scenes", "--sweep", "--conditions", "--draws", "--against", "--pictures"},
-           " has no part in --protocol");
+    refuse({"--scenes", "--sweep", "--conditions", "--draws", "--against"}, " has no part in --protocol");
   if (!s.protocol.empty() && s.protocol != "attention")
     refuse({"--heat-map-kind"}, " has no part in --protocol " + s.protocol);
   if (!s.protocol.empty() && !before_plain_background)
@@ -59,6 +58,8 @@ inline void require_protocol_options(const CLI::App& app, const ProtocolSettings
   if (!s.protocol.empty() && !on_photographs)
     refuse({"--frames", "--mask", "--segmenter", "--light", "--unpainted", "--further-weights"},
            " has no part in --protocol " + s.protocol);
+  if (s.protocol == "attention") refuse({"--pictures"}, " has no part in --protocol attention; digital does");
+  if (!s.further_weights.empty()) refuse({"--pictures"}, " has no part in --further-weights");
   if (clean_only) refuse({"--controls", "--noise-draws"}, " has no part in --clean-only");
 }
 

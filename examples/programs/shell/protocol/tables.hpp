@@ -59,17 +59,17 @@ inline WordTable share_grid(const Protocol& protocol, const ProtocolResult& resu
 /// All textures over the frames of a section.
 inline WordTable summary_table(const Protocol& protocol, const ProtocolResult& result,
                                const ProtocolSection& section) {
-  WordTable table{
-      protocol.title + ": " + section.name,
-      {"texture", "found in", "P@0.5, %", "95 %", "mean best confidence", "attack success, %", "95 %"}};
+  WordTable table{protocol.title + ": " + section.name,
+                  {"texture", "found in", "P@0.5, %", "95 %", "AP50, %", "AP50:95, %", "mean best confidence",
+                   "attack success, %", "95 %"}};
   for (std::size_t k = 0; k < result.textures.size(); ++k) {
-    const auto& [rate, confidence, success, fates] = section.cell.textures[k];
+    const auto& [rate, confidence, success, fates, precision] = section.cell.textures[k];
     const bool is_attack = result.is_attack(k) && success.views > 0;
-    table.rows.push_back({result.textures[k],
-                          std::to_string(rate.detected) + " of " + std::to_string(rate.views),
-                          rate.views > 0 ? fixed(100 * rate.p_at_50, 1) : "-", interval_text(rate.interval),
-                          fixed(confidence, 3), is_attack ? fixed(100 * success.rate, 1) : "-",
-                          is_attack ? interval_text(success.interval) : "-"});
+    table.rows.push_back(
+        {result.textures[k], std::to_string(rate.detected) + " of " + std::to_string(rate.views),
+         rate.views > 0 ? fixed(100 * rate.p_at_50, 1) : "-", interval_text(rate.interval),
+         per_cent(precision.ap50), per_cent(precision.ap), fixed(confidence, 3),
+         is_attack ? fixed(100 * success.rate, 1) : "-", is_attack ? interval_text(success.interval) : "-"});
   }
   return table;
 }

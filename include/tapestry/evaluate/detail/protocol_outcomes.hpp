@@ -2,6 +2,7 @@
 #include <numeric>
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/error.hpp>
+#include <tapestry/evaluate/meter.hpp>
 
 namespace tapestry::evaluate {
 
@@ -22,9 +23,10 @@ struct ProtocolOutcomes {
   Array<double, 2> best_confidence;   ///< [frame, column], see best_confidence()
   Array<double, 2> found_confidence;  ///< [frame, column], see ViewResult
   Array<double, 2> attention;         ///< [frame, column], share of a heat map on the car; 0 without maps
-  Array<double, 1> hidden_share;      ///< [frame], of the car's silhouette, 0 where nothing is laid over it
-  Array<double, 1> car_share;         ///< [frame], of the picture, that the car covers
-  std::vector<std::size_t> draws{};   ///< of each texture, side by side; empty: one of each
+  Array<float, 3> ranked;         ///< [frame, column, 2 · box], confidence and IoU, see ViewResult::ranked
+  Array<double, 1> hidden_share;  ///< [frame], of the car's silhouette, 0 where nothing is laid over it
+  Array<double, 1> car_share;     ///< [frame], of the picture, that the car covers
+  std::vector<std::size_t> draws{};  ///< of each texture, side by side; empty: one of each
 
   ProtocolOutcomes() = default;
   ProtocolOutcomes(std::size_t frames, std::size_t columns)
@@ -35,6 +37,7 @@ struct ProtocolOutcomes {
         best_confidence(zeros<double, 2>({frames, columns})),
         found_confidence(zeros<double, 2>({frames, columns})),
         attention(zeros<double, 2>({frames, columns})),
+        ranked(zeros<float, 3>({frames, columns, 2 * most_ranked})),
         hidden_share(zeros<double, 1>({frames})),
         car_share(zeros<double, 1>({frames})) {}
 
@@ -52,31 +55,49 @@ struct ProtocolOutcomes {
   [[nodiscard]] FrameState state_of(std::size_t frame) const { return static_cast<FrameState>(state(frame)); }
 };
 
-/// Values of one texture, one for each draw of each measured frame with belongs(index), a
+/// Calls visit(frame, column) for each draw of one texture in each measured frame with belongs(index), a
 /// frame's draws one after another.
-///
+/// \param texture  its number in the outcomes
+/// \throws ShapeError if there is no such texture, or the number of draws is not that of columns
+template <std::predicate<std::size_t> Belongs, std::invocable<std::size_t, std::size_t> Visit>
+void for_each_measured(const ProtocolOutcomes& outcomes, std::size_t texture, Belongs belongs, Visit visit) {
+  require_shape("for_each_measured", "state", outcomes.state, {outcomes.frame_count()});
+  if (texture >= outcomes.texture_count())
+    throw ShapeError({"measured_values: texture ", texture, " of ", outcomes.texture_count()});
+  const std::size_t first = outcomes.first_column(texture), last = first + outcomes.draws_of(texture);
+  if (last > outcomes.column_count())
+    throw ShapeError({"measured_values: draws up to column ", last, " of ", outcomes.column_count()});
+  for (std::size_t frame = 0; frame < outcomes.frame_count(); ++frame)
+    if (outcomes.state_of(frame) == FrameState::measured && belongs(frame))
+      for (std::size_t column = first; column < last; ++column) visit(frame, column);
+}
+
+/// Values of one texture, in the order of for_each_measured().
 /// \param values   of the outcomes, [frame, column]
-/// \param texture  its number in them
-/// \throws ShapeError if values are not of the outcomes' extents, the number of draws
-/// is not that of columns, or
-///         there is no such texture
+/// \throws ShapeError if values are not of the outcomes' extents; as for_each_measured()
 template <class Value, std::predicate<std::size_t> Belongs>
 [[nodiscard]] std::vector<double> measured_values(const ProtocolOutcomes& outcomes,
                                                   const Array<Value, 2>& values, std::size_t texture,
                                                   Belongs belongs) {
-  const std::size_t columns = outcomes.column_count();
-  require_shape("measured_values", "state", outcomes.state, {outcomes.frame_count()});
-  require_shape("measured_values", "values", values, {outcomes.frame_count(), columns});
-  if (texture >= outcomes.texture_count())
-    throw ShapeError({"measured_values: texture ", texture, " of ", outcomes.texture_count()});
-  const std::size_t first = outcomes.first_column(texture), last = first + outcomes.draws_of(texture);
-  if (last > columns) throw ShapeError({"measured_values: draws up to column ", last, " of ", columns});
+  require_shape("measured_values", "values", values, {outcomes.frame_count(), outcomes.column_count()});
   std::vector<double> numbers;
-  for (std::size_t frame = 0; frame < outcomes.frame_count(); ++frame)
-    if (outcomes.state_of(frame) == FrameState::measured && belongs(frame))
-      for (std::size_t column = first; column < last; ++column)
-        numbers.push_back(static_cast<double>(values(frame, column)));
+  for_each_measured(outcomes, texture, belongs, [&](std::size_t frame, std::size_t column) {
+    numbers.push_back(static_cast<double>(values(frame, column)));
+  });
   return numbers;
+}
+
+/// ViewResult::ranked of the pictures of one texture, in the order of for_each_measured().
+template <std::predicate<std::size_t> Belongs>
+[[nodiscard]] std::vector<std::vector<BoxOnTarget>> ranked_boxes(const ProtocolOutcomes& outcomes,
+                                                                 std::size_t texture, Belongs belongs) {
+  std::vector<std::vector<BoxOnTarget>> pictures;
+  for_each_measured(outcomes, texture, belongs, [&](std::size_t frame, std::size_t column) {
+    auto& boxes = pictures.emplace_back();
+    for (std::size_t i = 0; i < 2 * most_ranked && outcomes.ranked(frame, column, i) > 0; i += 2)
+      boxes.push_back({outcomes.ranked(frame, column, i), outcomes.ranked(frame, column, i + 1)});
+  });
+  return pictures;
 }
 
 }  // namespace tapestry::evaluate

@@ -204,4 +204,15 @@ AveragePrecision average_precision(const std::vector<TruthBox>& truths,
   return result;
 }
 
+PrecisionSummary target_precision(const std::vector<std::vector<BoxOnTarget>>& pictures) {
+  std::vector<TruthBox> truths;
+  std::vector<ScoredBox> detections;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    truths.push_back({i, 0, detect::box_from_corners(0, 0, 1, 1), 1});
+    for (const auto& [confidence, iou] : pictures[i])  // a part of the target that has this IoU with it
+      detections.push_back({i, 0, detect::box_from_corners(0, 0, double(iou), 1), double(confidence)});
+  }
+  return average_precision(truths, detections, 1).mean;
+}
+
 }  // namespace tapestry::evaluate

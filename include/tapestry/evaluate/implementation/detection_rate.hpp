@@ -66,6 +66,18 @@ DetectionRate detection_rate(const std::vector<bool>& found, const PictureOrder&
           detail::two_level_interval(found, std::vector<bool>(found.size(), true), order)};
 }
 
+std::vector<DetectionRate> rates_above(const std::vector<double>& thresholds,
+                                       const std::vector<double>& found_confidence,
+                                       const PictureOrder& order) {
+  std::vector<DetectionRate> rates;
+  for (const double threshold : thresholds) {
+    std::vector<bool> found;
+    for (const double confidence : found_confidence) found.push_back(confidence > threshold);
+    rates.push_back(detection_rate(found, order));
+  }
+  return rates;
+}
+
 AttackSuccess attack_success_rate(const std::vector<bool>& clean_found,
                                   const std::vector<bool>& adversarial_found, const PictureOrder& order) {
   if (clean_found.size() != adversarial_found.size())

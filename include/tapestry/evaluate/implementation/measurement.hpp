@@ -55,7 +55,6 @@ Photograph photograph_of_texels(const camouflage::View<float>& view, std::size_t
     picture = image::transformed(std::move(picture), shot.chain);
     target = shot.target;
   }
-  if (photography.in_bytes) picture = image::from_bytes<float>(image::to_bytes(picture));
   return {std::move(picture), target};
 }
 
@@ -95,9 +94,12 @@ ViewResult view_result(const std::vector<detect::Detection>& kept, double best_c
   const auto surest = std::ranges::find_if(kept, [&](const auto& one) { return is_found({one}, target); });
   if (surest != kept.end()) result.found_confidence = surest->confidence;
   result.found = result.found_confidence > settings.confidence;
-  for (const double threshold : settings.sweep)
-    result.found_in_sweep.push_back(result.found_confidence > threshold);
   result.best_confidence = best_confidence;
+  for (const auto& one : kept)
+    if (one.class_index == target.class_index && one.confidence > ranked_confidence &&
+        result.ranked.size() < most_ranked)
+      result.ranked.push_back(
+          {static_cast<float>(one.confidence), static_cast<float>(detect::iou(one.box, target.box))});
   return result;
 }
 
@@ -110,8 +112,13 @@ ViewResult Meter::examine(const Array<float, 3>& picture, const std::string& nam
   double least = settings_.confidence;
   for (const double threshold : settings_.sweep) least = std::min(least, threshold);
   const std::size_t height = detector_.input_height(), width = detector_.input_width();
-  const auto kept = detect::suppress(detect::decode(detector_.heads(), logits, 0, least, height, width),
-                                     settings_.nms, true, detector_.suppression_measure());
+  auto candidates =
+      detect::decode(detector_.heads(), logits, 0, std::min(least, ranked_confidence), height, width);
+  std::erase_if(candidates, [&](const auto& one) {  // suppression goes by class
+    return one.confidence <= least && one.class_index != class_index_;
+  });
+  const auto kept =
+      detect::suppress(std::move(candidates), settings_.nms, true, detector_.suppression_measure());
   const double best =
       best_confidence({detector_.heads(), loss::to_read(logits), 0, height, width}, {class_index_, target});
   return view_result(kept, best, {class_index_, target}, related_, settings_);

@@ -30,18 +30,6 @@ std::optional<PairedRatio> share_kept(const Array<double, 2>& part, const Array<
   return two_level_ratio(part, whole);
 }
 
-std::vector<DetectionRate> rates_above(const std::vector<double>& thresholds,
-                                       const std::vector<double>& found_confidence,
-                                       const PictureOrder& order) {
-  std::vector<DetectionRate> rates;
-  for (const double threshold : thresholds) {
-    std::vector<bool> found;
-    for (const double confidence : found_confidence) found.push_back(confidence > threshold);
-    rates.push_back(detection_rate(found, order));
-  }
-  return rates;
-}
-
 std::vector<Cell> cells_of(const ProtocolTable& table, const std::vector<ProtocolFrame>& frames,
                            const ProtocolOutcomes& outcomes) {
   if (frames.size() != outcomes.frame_count())
