@@ -72,7 +72,7 @@ LoadedModel<T> darknet_model(const nn::NetworkDescription& network, const std::s
     for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(constant.at(i));
     detail::check_block(network.path, config, block, values, {});
   }
-  detect::DarknetModel<T> model(config, cast<T>(parameters), input_height, input_width);
+  detect::DarknetModel<T> model(config, cast<T>(std::move(parameters)), input_height, input_width);
   model.set_images_seen(metadata.images_seen);
   return {std::move(model), std::move(warnings)};
 }
@@ -91,10 +91,10 @@ LoadedModel<T> read_darknet_model(const std::string& cfg, const std::string& wei
   if (decode) config = detect::with_decode(std::move(config), *decode);
   keep(config.warnings);
   keep(detect::decode_warnings(config));
-  const WeightFile file =
-      read_weight_file(weights, config, detail::layout_of(config, input_height, input_width));
+  WeightFile file = read_weight_file(weights, config, detail::layout_of(config, input_height, input_width));
   keep(file.warnings);
-  detect::DarknetModel<T> model(std::move(config), cast<T>(file.parameters), input_height, input_width);
+  detect::DarknetModel<T> model(std::move(config), cast<T>(std::move(file.parameters)), input_height,
+                                input_width);
   model.set_images_seen(file.images_seen);
   return {std::move(model), std::move(warnings)};
 }
@@ -104,10 +104,10 @@ LoadedModel<T> read_classifier(const std::string& cfg, const std::string& weight
                                std::size_t input_width) {
   auto config = read_classifier_config(cfg);
   std::vector<std::string> warnings = config.warnings;
-  const WeightFile file =
-      read_weight_file(weights, config, detail::layout_of(config, input_height, input_width));
+  WeightFile file = read_weight_file(weights, config, detail::layout_of(config, input_height, input_width));
   warnings.insert(warnings.end(), file.warnings.begin(), file.warnings.end());
-  detect::DarknetModel<T> model(std::move(config), cast<T>(file.parameters), input_height, input_width);
+  detect::DarknetModel<T> model(std::move(config), cast<T>(std::move(file.parameters)), input_height,
+                                input_width);
   model.set_images_seen(file.images_seen);
   return {std::move(model), std::move(warnings)};
 }
