@@ -36,9 +36,7 @@ namespace tapestry::detect {
 /// \param batch_statistics  batch normalisation takes the statistics of the pass's batch. The outputs then
 ///                      have "layer_i.batch_means" and "layer_i.batch_variances", biased, of each such layer
 ///                      behind those of the heads
-/// \param borrows  the constants refer to `parameters` instead of copies, so long as the description is in
-/// use;
-///                 for float alone
+/// \param borrows  constants refer to `parameters`, which must outlive the description; for float alone
 /// \throws FileError as infer_shapes(); ShapeError unless there are as many parameters as the cfg needs
 template <std::floating_point T>
 [[nodiscard]] nn::NetworkDescription network_description(const NetworkConfig& config,

@@ -163,8 +163,7 @@ template <std::floating_point T>
   return use;
 }
 
-/// The step that makes operand 0 of step s, if s adds to that operand's adjoint once and last, and both are
-/// called alike; no_value if not.
+/// The maker of operand 0 of step s, if s adds to its adjoint once and last, called alike; else no_value.
 template <std::floating_point T>
 [[nodiscard]] std::size_t maker_behind(const Program<T>& program, const ProgramUse& use, std::size_t s) {
   const ProgramStep<T>& step = program.steps[s];

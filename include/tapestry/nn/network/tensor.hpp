@@ -73,7 +73,6 @@ struct BorrowedValues {
   friend bool operator==(const BorrowedValues& a, const BorrowedValues& b) {
     return std::ranges::equal(a.numbers, b.numbers) && a.factors == b.factors;
   }
-  /// Number i times the factor of its row.
   [[nodiscard]] float scaled(std::size_t i, double factor) const {
     return static_cast<float>(static_cast<double>(numbers[i]) * factor);
   }

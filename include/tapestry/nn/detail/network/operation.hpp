@@ -25,8 +25,7 @@ struct ForwardCall {
   const MapWindow* window = nullptr;  ///< of the results: the rest need not be written; null: all
 };
 
-/// Factors that a result's adjoint takes before anything else: of a curve's slopes, or `slope` where a bit of
-/// `gate` is not set. Null for none.
+/// Factors of a result's adjoint: a curve's slopes, or `slope` where a bit of `gate` is not set; or null.
 template <std::floating_point T>
 struct AdjointScale {
   const T* factor = nullptr;
