@@ -208,6 +208,13 @@ TEST_CASE("in bfloat16 logits stay within 1e-2, the gradient at the same kinks w
   CHECK(std::min(logits_error, gradient_error) > 1e-4);  // they are rounded at all
 }
 
+TEST_CASE("a model's detector, which borrows its parameters, has the bits of one made of copies",
+          "[detect][darknet_model]") {
+  const auto model = random_model<float>(GENERATE(every_layer, wide_layers, grouped_layers));
+  const detect::Detector<float> borrowing = model.detector(), copying(model.description(), model.heads());
+  CHECK(std::ranges::equal(borrowing.network().weights(), copying.network().weights()));
+}
+
 TEST_CASE("one and more threads, and any batch, give the same bits", "[detect][darknet_model]") {
   const auto model = random_model<float>(GENERATE(real_layers, wide_layers)).resized(32, 32);
   auto detector = model.detector(), learning = model.learning_detector();

@@ -16,7 +16,7 @@ namespace {
 
 /// Options of an epilogue, in every combination.
 struct Wishes {
-  bool bias, adds, leaks, gate, positive, addend;
+  bool bias, adds, leaks, gate, positive, addend, factor;
 
   explicit Wishes(unsigned code)
       : bias((code & 1) != 0),
@@ -24,7 +24,8 @@ struct Wishes {
         leaks((code & 4) != 0),
         gate((code & 8) != 0),
         positive((code & 16) != 0),
-        addend((code & 32) != 0) {}
+        addend((code & 32) != 0),
+        factor((code & 64) != 0) {}
 };
 
 /// `rows` sums of 40 products for `lane_count` outputs, finished by the kernel and by the definition.
@@ -32,7 +33,7 @@ template <class T>
 void check_tile(const nn::Kernels<T>& kernels, std::size_t registers, std::size_t rows,
                 std::size_t lane_count, const Wishes& wishes) {
   CAPTURE(kernels.lanes, registers, rows, lane_count, wishes.bias, wishes.adds, wishes.leaks, wishes.gate,
-          wishes.positive, wishes.addend);
+          wishes.positive, wishes.addend, wishes.factor);
   constexpr std::size_t products = 40;
   const std::size_t width = registers * kernels.lanes;
   const std::size_t row_step = 3 * width;  // of the output, whose first sum lies one vector inside
@@ -41,7 +42,7 @@ void check_tile(const nn::Kernels<T>& kernels, std::size_t registers, std::size_
   const auto weights = random_buffer<T>(products * width, 2);
   const auto bias = random_buffer<T>(width, 3);
   const auto before = random_buffer<T>(rows * row_step, 4);
-  const auto addend = random_buffer<T>(rows * row_step, 5);
+  const auto addend = random_buffer<T>(rows * row_step, 5), factor = random_buffer<T>(rows * row_step, 6);
   std::vector<std::uint8_t> gate(rows * row_step / 8 + 1), positive(gate.size(), 0);
   for (std::size_t i = 0; i < gate.size(); ++i) gate[i] = static_cast<std::uint8_t>(37 * i + 11);
   nn::Buffer<T> out(rows * row_step);
@@ -59,6 +60,7 @@ void check_tile(const nn::Kernels<T>& kernels, std::size_t registers, std::size_
   a.lane_count = lane_count;
   a.end.bias = wishes.bias ? bias.data() : nullptr;
   a.end.adds = wishes.adds;
+  a.end.factor = wishes.factor ? factor.data() : nullptr;
   a.end.slope = wishes.leaks ? T(0.125) : T(1);
   a.end.gate = wishes.gate ? gate.data() : nullptr;
   a.end.positive = wishes.positive ? positive.data() : nullptr;
@@ -80,6 +82,7 @@ void check_tile(const nn::Kernels<T>& kernels, std::size_t registers, std::size_
       value += static_cast<double>(in.data()[row * products + k]) *
                static_cast<double>(weights.data()[k * width + lane]);
     if (wishes.adds) value += static_cast<double>(before.data()[i]);
+    if (wishes.factor) value *= static_cast<double>(factor.data()[i]);
     const bool keeps = wishes.gate ? bit(gate, i) : value > 0;
     if (wishes.leaks && !keeps) value *= 0.125;
     if (wishes.positive) is_right = is_right && bit(positive, i) == (value > 0);
@@ -141,7 +144,7 @@ TEMPLATE_TEST_CASE("every instruction set finishes sums as the epilogue's defini
   for (const auto set : tapestry::instruction_sets()) {
     const auto kernels = nn::kernels_of<TestType>(set);
     const bool has_bits = kernels.lanes % 8 == 0;
-    for (unsigned code = 0; code < 64; ++code) {
+    for (unsigned code = 0; code < 128; ++code) {
       const Wishes wishes(code);
       const bool wants_bits = wishes.gate || wishes.positive;
       if (wants_bits && !has_bits) continue;

@@ -45,9 +45,10 @@ template <class T>
   return array;
 }
 
-/// The same numbers in another precision.
+/// The same numbers in another precision, without a copy if it is the same.
 template <class To, class From, std::size_t Rank>
-[[nodiscard]] Array<To, Rank> cast(const Array<From, Rank>& from) {
+[[nodiscard]] Array<To, Rank> cast(Array<From, Rank> from) {
+  if constexpr (std::is_same_v<To, From>) return from;
   Array<To, Rank> to(from.shape());
   for (std::size_t i = 0; i < from.size(); ++i) to.data()[i] = static_cast<To>(from.data()[i]);
   return to;

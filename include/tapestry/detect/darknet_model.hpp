@@ -36,13 +36,14 @@ namespace tapestry::detect {
 /// \param batch_statistics  batch normalisation takes the statistics of the pass's batch. The outputs then
 ///                      have "layer_i.batch_means" and "layer_i.batch_variances", biased, of each such layer
 ///                      behind those of the heads
+/// \param borrows  constants refer to `parameters`, which must outlive the description; for float alone
 /// \throws FileError as infer_shapes(); ShapeError unless there are as many parameters as the cfg needs
 template <std::floating_point T>
 [[nodiscard]] nn::NetworkDescription network_description(const NetworkConfig& config,
                                                          const Array<T, 1>& parameters,
                                                          std::size_t input_height = 0,
                                                          std::size_t input_width = 0,
-                                                         bool batch_statistics = false);
+                                                         bool batch_statistics = false, bool borrows = false);
 
 /// A YOLO network, version 2 to 4 and relatives, as Darknet's files hold it: a cfg and the parameters in
 /// Darknet's order. It makes the detectors that run; see network_description(). A detector of a network
@@ -126,6 +127,9 @@ class DarknetModel {
   void update_running_statistics(const Pass<T>& pass, double momentum = 0.1);
 
  private:
+  DarknetModel(NetworkConfig config, std::optional<Array<T, 1>> parameters, std::size_t input_height,
+               std::size_t input_width);
+
   void fill(const ParameterBlock& block, T value) {
     for (std::size_t i = 0; i < block.count; ++i) parameters_[block.offset + i] = value;
   }

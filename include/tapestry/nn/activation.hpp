@@ -15,7 +15,7 @@ namespace tapestry::nn {
 ///
 /// At a kink the derivative is the constant side's; NaN stays NaN. The kernels' exponential has a relative
 /// error below 2 ε and is cut where it would leave the normal numbers: σ, swish and mish are within 6 ε ·
-/// |value| + 3 · max(1, |x|) · (the smallest normal number).
+/// |value| + 3 · max(1, |x|) · (the smallest normal number), and slopes within 8 ε.
 enum class CurveKind : std::uint8_t { none, logistic, swish, mish, hard_logistic, hard_swish, clip };
 
 /// A curved activation with its settings.

@@ -89,7 +89,8 @@ void convolve(Engine engine, const PackedConvolution<T>& packed, std::size_t ima
               const Epilogue<T>& end, T* out, std::size_t out_image_size,
               const std::optional<MapWindow>& window = {}) {
   const bool pairs = engine == Engine::bfloat16 && takes_pairs(packed);
-  const bool has_few = has_few_channels(packed) && end.addend == nullptr && end.curve.kind == CurveKind::none;
+  const bool has_few = has_few_channels(packed) && end.addend == nullptr && end.factor == nullptr &&
+                       end.gate == nullptr && end.curve.kind == CurveKind::none;
   const auto form = has_few ? std::nullopt : detail::winograd_form(engine, packed);
   const auto run = [&](const PackedConvolution<T>& part) {
     if (has_few) return convolve_few_channels(part, images, in, end, out, out_image_size);

@@ -29,19 +29,20 @@ void add(const T* from, T* to, std::size_t count) {
       count, [&](std::size_t begin, std::size_t size) { kernels<T>().add(from + begin, to + begin, size); });
 }
 
-/// to[i] = curve(from[i]). Both may be the same.
+/// to[i] *= from[i]
 template <std::floating_point T>
-void apply_curve(const Curve<T>& curve, const T* from, T* to, std::size_t count) {
+void multiply(const T* from, T* to, std::size_t count) {
   detail::for_each_block(count, [&](std::size_t begin, std::size_t size) {
-    kernels<T>().apply_curve(curve, from + begin, to + begin, size);
+    kernels<T>().multiply(from + begin, to + begin, size);
   });
 }
 
-/// to[i] = curve'(argument[i]) · from[i]. `from` and `to` may be the same.
+/// to[i] = curve(from[i]), slopes[i] = curve'(from[i]) unless null. `from` and `to` may be the same.
 template <std::floating_point T>
-void curve_adjoint(const Curve<T>& curve, const T* argument, const T* from, T* to, std::size_t count) {
+void apply_curve(const Curve<T>& curve, const T* from, T* to, std::size_t count, T* slopes = nullptr) {
   detail::for_each_block(count, [&](std::size_t begin, std::size_t size) {
-    kernels<T>().curve_adjoint(curve, argument + begin, from + begin, to + begin, size);
+    kernels<T>().apply_curve(curve, from + begin, to + begin, slopes == nullptr ? nullptr : slopes + begin,
+                             size);
   });
 }
 

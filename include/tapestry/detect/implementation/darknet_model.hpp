@@ -4,15 +4,22 @@
 namespace tapestry::detect {
 
 template <std::floating_point T>
-DarknetModel<T>::DarknetModel(NetworkConfig config, std::size_t input_height, std::size_t input_width)
+DarknetModel<T>::DarknetModel(NetworkConfig config, std::optional<Array<T, 1>> parameters,
+                              std::size_t input_height, std::size_t input_width)
     : config_(std::move(config)),
       height_(input_height == 0 ? config_.height : input_height),
       width_(input_width == 0 ? config_.width : input_width),
       shapes_(infer_shapes(config_, height_, width_)),
       layout_(parameter_layout(config_, shapes_)),
-      parameters_(zeros<T, 1>({layout_.count})) {
+      parameters_(parameters ? std::move(*parameters) : zeros<T, 1>({layout_.count})) {
+  require_shape("DarknetModel", "parameters", parameters_, {layout_.count});
   for (std::size_t i = 0; i < config_.layers.size(); ++i)
     if (is_head(config_.layers[i].kind)) heads_.push_back(detail::head_of(config_.layers[i], shapes_[i]));
+}
+
+template <std::floating_point T>
+DarknetModel<T>::DarknetModel(NetworkConfig config, std::size_t input_height, std::size_t input_width)
+    : DarknetModel(std::move(config), std::optional<Array<T, 1>>(), input_height, input_width) {
   for (const ParameterBlock& block : layout_.blocks)
     if (block.role == ParameterRole::scale || block.role == ParameterRole::variance) fill(block, 1);
 }
@@ -20,10 +27,7 @@ DarknetModel<T>::DarknetModel(NetworkConfig config, std::size_t input_height, st
 template <std::floating_point T>
 DarknetModel<T>::DarknetModel(NetworkConfig config, Array<T, 1> parameters, std::size_t input_height,
                               std::size_t input_width)
-    : DarknetModel(std::move(config), input_height, input_width) {
-  require_shape("DarknetModel", "parameters", parameters, {layout_.count});
-  parameters_ = std::move(parameters);
-}
+    : DarknetModel(std::move(config), std::optional(std::move(parameters)), input_height, input_width) {}
 
 template <std::floating_point T>
 SuppressionMeasure DarknetModel<T>::suppression_measure() const {
@@ -80,7 +84,9 @@ Detector<T> DarknetModel<T>::learning_detector(bool batch_statistics) const {
 template <std::floating_point T>
 Detector<T> DarknetModel<T>::make_detector(bool batch_statistics, const std::vector<std::string>& layers,
                                            bool simplifies) const {
-  Detector<T> detector(description(batch_statistics), heads_, layers, simplifies);
+  Detector<T> detector(
+      network_description(config_, parameters_, height_, width_, batch_statistics, std::is_same_v<T, float>),
+      heads_, layers, simplifies);
   detector.set_fit(fit_of(config_));
   detector.set_suppression_measure(suppression_measure());
   return detector;

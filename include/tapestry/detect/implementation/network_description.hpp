@@ -9,9 +9,10 @@ template <std::floating_point T>
 class CfgDescriber : DescriptionWriter {
  public:
   CfgDescriber(const NetworkConfig& config, const Array<T, 1>& parameters, std::size_t height,
-               std::size_t width, bool batch_statistics)
+               std::size_t width, bool batch_statistics, bool borrows)
       : config_(config),
         batch_statistics_(batch_statistics),
+        borrows_(borrows),
         parameters_(parameters),
         shapes_(infer_shapes(config, height, width)),
         layout_(parameter_layout(config, shapes_)) {
@@ -50,8 +51,10 @@ class CfgDescriber : DescriptionWriter {
     const T* const first = parameters_.data() + offset;
     const std::size_t count = nn::size_of(shape);
     const std::string name = constant_name({layer_, role, offset, count});
-    network.constants[name] = {std::move(shape), nn::ElementType::floating,
-                               std::vector<T>(first, first + count)};
+    nn::Constant& constant = network.constants[name] = {std::move(shape), nn::ElementType::floating};
+    if constexpr (std::is_same_v<T, float>)
+      if (borrows_) constant.values = nn::BorrowedValues{{first, count}};
+    if (!borrows_) constant.values = std::vector<T>(first, first + count);
     return name;
   }
 
@@ -215,7 +218,7 @@ class CfgDescriber : DescriptionWriter {
   }
 
   const NetworkConfig& config_;
-  bool batch_statistics_;
+  bool batch_statistics_, borrows_;
   const Array<T, 1>& parameters_;
   std::vector<FeatureShape> shapes_;
   ParameterLayout layout_;
@@ -229,9 +232,9 @@ class CfgDescriber : DescriptionWriter {
 template <std::floating_point T>
 nn::NetworkDescription network_description(const NetworkConfig& config, const Array<T, 1>& parameters,
                                            std::size_t input_height, std::size_t input_width,
-                                           bool batch_statistics) {
+                                           bool batch_statistics, bool borrows) {
   return detail::CfgDescriber<T>(config, parameters, input_height == 0 ? config.height : input_height,
-                                 input_width == 0 ? config.width : input_width, batch_statistics)
+                                 input_width == 0 ? config.width : input_width, batch_statistics, borrows)
       .describe();
 }
 

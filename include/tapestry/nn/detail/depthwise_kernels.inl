@@ -33,17 +33,20 @@ inline void depthwise_tile(const DepthwiseArguments<T>& a, const T* in, std::siz
 template <std::floating_point T>
 inline void depthwise_pixel(const DepthwiseArguments<T>& a, std::size_t x) {
   const std::ptrdiff_t left = static_cast<std::ptrdiff_t>(x * a.column_stride) - a.column_padding;
-  const auto step = static_cast<std::ptrdiff_t>(a.channel_count);
+  const auto spacing = static_cast<std::ptrdiff_t>(a.column_spacing);
+  std::ptrdiff_t begin = 0, end = static_cast<std::ptrdiff_t>(a.column_taps);  // taps in the row
+  while (begin < end && left + begin * spacing < 0) ++begin;
+  while (begin < end && left + (end - 1) * spacing >= static_cast<std::ptrdiff_t>(a.in_columns)) --end;
+  const std::ptrdiff_t first = (left + begin * spacing) * static_cast<std::ptrdiff_t>(a.channel_count);
+  const std::ptrdiff_t step = spacing * static_cast<std::ptrdiff_t>(a.channel_count);
   for (std::size_t channel = 0; channel < a.channel_count; channel += Vector<T>::lanes) {
     Register<T> sum[1][1] = {};
     for (std::size_t y = 0; y < a.row_taps; ++y) {
-      const T* row = a.in + y * a.in_row_step + channel;
+      const T* in = a.in + y * a.in_row_step + channel;
       const T* weights = a.weights + y * a.column_taps * a.weight_step + channel;
-      for (std::size_t t = 0; t < a.column_taps; ++t) {
-        const std::ptrdiff_t column = left + static_cast<std::ptrdiff_t>(t * a.column_spacing);
-        if (column < 0 || column >= static_cast<std::ptrdiff_t>(a.in_columns)) continue;
-        sum[0][0] += load(weights + t * a.weight_step) * load(row + column * step);
-      }
+      for (std::ptrdiff_t t = begin; t < end; ++t)
+        sum[0][0] += load(weights + static_cast<std::size_t>(t) * a.weight_step) *
+                     load(in + (first + (t - begin) * step));
     }
     store_tile<T, 1, 1>(a.end, sum, channel, a.out + x * a.out_pixel_step + channel, 0,
                         a.channel_count - channel);

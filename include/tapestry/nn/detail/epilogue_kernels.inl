@@ -17,6 +17,7 @@ __attribute__((noinline)) void store_any(const Epilogue<T>& from, const Register
       Register<T> value = sums[v];
       if (end.bias != nullptr) value += load(end.bias + first + v * lanes);
       if (end.adds) value += load_lanes<T>(out + v * lanes, left);
+      if (end.factor != nullptr) value *= load_lanes<T>(end.factor + place, left);
       if (end.gate != nullptr) {
         value = gated<T>(end.gate + place / 8, value, end.slope);
       } else {
@@ -29,78 +30,47 @@ __attribute__((noinline)) void store_any(const Epilogue<T>& from, const Register
   }
 }
 
-/// Stores whole vectors of the common epilogues, chosen at compile time.
-template <std::floating_point T, bool HasGate, bool HasSigns, bool HasAddend>
-__attribute__((noinline)) void store_whole(const Epilogue<T>& end, const Register<T>* sums, std::size_t rows,
-                                           std::size_t registers, std::size_t first, T* out,
-                                           std::ptrdiff_t step) {
-  constexpr std::size_t lanes = Vector<T>::lanes;
-  const std::ptrdiff_t offset = out - end.origin;
-  const T slope = end.slope;
-  const T* const bias = end.bias == nullptr ? nullptr : end.bias + first;
-  const bool adds = end.adds;
-  const std::uint8_t* gate = HasGate ? end.gate + offset / 8 : nullptr;
-  std::uint8_t* signs = HasSigns ? end.positive + offset / 8 : nullptr;
-  const T* addend = HasAddend ? end.addend + offset : nullptr;
-  for (std::size_t row = 0; row < rows; ++row, sums += registers) {
-    for (std::size_t v = 0; v < registers; ++v) {
-      Register<T> value = sums[v];
-      if (bias != nullptr) value += load(bias + v * lanes);
-      if (adds) value += load(out + v * lanes);
-      if constexpr (HasGate) {
-        value = gated<T>(gate + v * lanes / 8, value, slope);
-      } else {
-        value = value > T(0) ? value : value * slope;
-      }
-      if constexpr (HasSigns) write_signs(value, signs + v * lanes / 8);
-      if constexpr (HasAddend) value += load(addend + v * lanes);
-      store(out + v * lanes, value);
-    }
-    out += step;
-    if constexpr (HasGate) gate += step / 8;
-    if constexpr (HasSigns) signs += step / 8;
-    if constexpr (HasAddend) addend += step;
-  }
-}
-
 #define TAPESTRY_FOR_EACH_SUM \
   _Pragma("GCC unroll 16") for (int p = 0; p < P; ++p) _Pragma("GCC unroll 2") for (int v = 0; v < V; ++v)
 
-/// The slow path of store_tile().
-template <std::floating_point T>
-__attribute__((noinline)) void store_otherwise(const Epilogue<T>& end, const Register<T>* sums,
-                                               std::size_t rows, std::size_t registers, std::size_t first,
-                                               T* out, std::ptrdiff_t step, std::size_t count) {
-  if (end.curve.kind != CurveKind::none)
-    return store_curved<T>(end, sums, rows, registers, first, out, step, count);
-  const bool is_whole = count >= registers * Vector<T>::lanes;
-  if (is_whole && end.gate != nullptr && end.positive == nullptr && end.addend == nullptr)
-    return store_whole<T, true, false, false>(end, sums, rows, registers, first, out, step);
-  if (is_whole && end.gate == nullptr && end.positive != nullptr && end.addend == nullptr)
-    return store_whole<T, false, true, false>(end, sums, rows, registers, first, out, step);
-  if (is_whole && end.gate == nullptr && end.positive != nullptr)
-    return store_whole<T, false, true, true>(end, sums, rows, registers, first, out, step);
-  if (is_whole && end.gate == nullptr)
-    return store_whole<T, false, false, true>(end, sums, rows, registers, first, out, step);
-  store_any<T>(end, sums, rows, registers, first, out, step, count);
+/// What an epilogue does to whole vectors beside adding a bias and the slope, the sums in registers.
+template <std::floating_point T, int P, int V>
+__attribute__((always_inline)) inline void finish_laid_out(const Epilogue<T>& end, Register<T> (&sum)[P][V],
+                                                           const T* out, std::ptrdiff_t step) {
+  constexpr std::ptrdiff_t lanes = Vector<T>::lanes;
+  const std::ptrdiff_t offset = out - end.origin;
+  const T slope = end.slope;  // copies, which stores cannot change
+  std::uint8_t* const positive = end.positive;
+  const T* const addend = end.addend;
+  if (const T* const factor = end.factor; factor != nullptr)
+    TAPESTRY_FOR_EACH_SUM sum[p][v] *= load(factor + (offset + p * step + v * lanes));
+  if (const std::uint8_t* const gate = end.gate; gate != nullptr) {
+    TAPESTRY_FOR_EACH_SUM sum[p][v] = gated<T>(gate + (offset + p * step + v * lanes) / 8, sum[p][v], slope);
+  } else if (slope != T(1)) {
+    TAPESTRY_FOR_EACH_SUM sum[p][v] = sum[p][v] > T(0) ? sum[p][v] : sum[p][v] * slope;
+  }
+  if (positive != nullptr)
+    TAPESTRY_FOR_EACH_SUM write_signs(sum[p][v], positive + (offset + p * step + v * lanes) / 8);
+  if (addend != nullptr) TAPESTRY_FOR_EACH_SUM sum[p][v] += load(addend + (offset + p * step + v * lanes));
 }
 
 /// Applies the epilogue to sums of P outputs, `step` apart, and writes their `count` leading values, or all.
-/// On the fast path the sums stay in registers, so this function must be inlined.
+/// But for curves and parts of vectors the sums stay in registers, so this function must be inlined.
 template <std::floating_point T, int P, int V>
 __attribute__((always_inline)) inline void store_tile(const Epilogue<T>& end, Register<T> (&sum)[P][V],
                                                       std::size_t first, T* out, std::ptrdiff_t step,
                                                       std::size_t count) {
   constexpr std::ptrdiff_t lanes = Vector<T>::lanes;
-  const bool is_short = (has_masks || count >= V * lanes) && end.gate == nullptr && end.positive == nullptr &&
-                        end.addend == nullptr && end.curve.kind == CurveKind::none;
-  if (!is_short) {
+  const bool is_whole = count >= V * lanes, is_curved = end.curve.kind != CurveKind::none;
+  const bool is_plain =
+      end.factor == nullptr && end.gate == nullptr && end.positive == nullptr && end.addend == nullptr;
+  if (is_curved || !(is_whole || (has_masks && is_plain))) {
     Register<T> copy[P][V];
     TAPESTRY_FOR_EACH_SUM copy[p][v] = sum[p][v];
-    return store_otherwise<T>(end, &copy[0][0], P, V, first, out, step, count);
+    return (is_curved ? store_curved<T> : store_any<T>)(end, &copy[0][0], P, V, first, out, step, count);
   }
   if (end.bias != nullptr) TAPESTRY_FOR_EACH_SUM sum[p][v] += load(end.bias + first + v * lanes);
-  if (has_masks && count < V * lanes) {
+  if (!is_whole) {
     const std::size_t left = count > static_cast<std::size_t>((V - 1) * lanes) ? count - (V - 1) * lanes : 0;
     const std::size_t counts[2] = {V == 1 ? left : count, left};
     if (end.adds) TAPESTRY_FOR_EACH_SUM sum[p][v] += load_lanes<T>(out + p * step + v * lanes, counts[v]);
@@ -109,8 +79,7 @@ __attribute__((always_inline)) inline void store_tile(const Epilogue<T>& end, Re
     return;
   }
   if (end.adds) TAPESTRY_FOR_EACH_SUM sum[p][v] += load(out + p * step + v * lanes);
-  if (end.slope != T(1))
-    TAPESTRY_FOR_EACH_SUM sum[p][v] = sum[p][v] > T(0) ? sum[p][v] : sum[p][v] * end.slope;
+  if (!is_plain || end.slope != T(1)) finish_laid_out<T, P, V>(end, sum, out, step);
   TAPESTRY_FOR_EACH_SUM store(out + p * step + v * lanes, sum[p][v]);
 }
 

@@ -76,12 +76,18 @@ void pack_weights(PackedConvolution<T>& packed, Weight weight) {
     const std::size_t g = task / panels;
     const std::size_t first = task % panels * 2 * lanes;
     const std::size_t width = panel_lanes(first, padded, lanes);
-    T* to = packed.weights->data() + (g * padded + first) * packed.reduction();
-    for (std::size_t y = 0; y < shape.rows.taps; ++y)
-      for (std::size_t x = 0; x < shape.columns.taps; ++x)
-        for (std::size_t i = 0; i < shape.group_in(); ++i)
-          for (std::size_t lane = 0; lane < width; ++lane)
-            *to++ = first + lane < shape.group_out() ? weight(g, first + lane, i, y, x) : T(0);
+    T* const panel = packed.weights->data() + (g * padded + first) * packed.reduction();
+    const std::size_t there = std::min(width, shape.group_out() - first);
+    constexpr std::size_t at_once = 16;  // input channels, whose weights then stay in the first cache
+    for (std::size_t begin = 0; begin < shape.group_in(); begin += at_once)
+      for (std::size_t tap = 0; tap < shape.taps(); ++tap) {
+        const std::size_t y = tap / shape.columns.taps, x = tap % shape.columns.taps;
+        T* to = panel + (tap * shape.group_in() + begin) * width;
+        for (std::size_t i = begin; i < std::min(begin + at_once, shape.group_in()); ++i, to += width) {
+          for (std::size_t lane = 0; lane < there; ++lane) to[lane] = weight(g, first + lane, i, y, x);
+          std::fill(to + there, to + width, T(0));
+        }
+      }
   });
 }
 }  // namespace detail

@@ -9,6 +9,14 @@ void add(const T* from, T* to, std::size_t count) {
   for (; i < count; ++i) to[i] += from[i];
 }
 
+/// to[i] *= from[i]
+template <std::floating_point T>
+void multiply(const T* from, T* to, std::size_t count) {
+  std::size_t i = 0;
+  for (; i + Vector<T>::lanes <= count; i += Vector<T>::lanes) store(to + i, load(to + i) * load(from + i));
+  for (; i < count; ++i) to[i] *= from[i];
+}
+
 /// Bit i mod 8 of byte i / 8: whether value[i] is above 0.
 template <std::floating_point T>
 void positive_bits(const T* value, std::uint8_t* bits, std::size_t count) {
@@ -153,4 +161,30 @@ void interleave(const T* even, const T* odd, std::size_t begin, std::size_t end,
     store_lanes<T>(low, out + (i - begin), left);
     if (left > lanes) store_lanes<T>(high, out + (i - begin) + lanes, left - lanes);
   }
+}
+
+/// Lanes First, First + 2, … of two vectors.
+template <std::floating_point T, int First, int... Lane>
+inline Register<T> every_second(const Register<T>& a, const Register<T>& b,
+                                std::integer_sequence<int, Lane...>) {
+  return __builtin_shufflevector(a, b, (2 * Lane + First)...);
+}
+
+/// Adds such elements to even[0], odd[0], even[1], odd[1], …; null for those that are not wanted.
+template <std::floating_point T>
+void interleave_adjoint(const T* from, std::size_t begin, std::size_t end, T* even, T* odd) {
+  constexpr std::size_t lanes = Vector<T>::lanes;
+  constexpr std::make_integer_sequence<int, static_cast<int>(lanes)> all{};
+  std::size_t i = begin;
+  if (i % 2 != 0 && i < end) {
+    if (odd != nullptr) odd[i / 2] += from[i - begin];
+    ++i;
+  }
+  for (; i + 2 * lanes <= end; i += 2 * lanes) {
+    const Register<T> a = load(from + (i - begin)), b = load(from + (i - begin) + lanes);
+    if (even != nullptr) store(even + i / 2, load(even + i / 2) + every_second<T, 0>(a, b, all));
+    if (odd != nullptr) store(odd + i / 2, load(odd + i / 2) + every_second<T, 1>(a, b, all));
+  }
+  for (; i < end; ++i)
+    if (T* const to = i % 2 == 0 ? even : odd; to != nullptr) to[i / 2] += from[i - begin];
 }

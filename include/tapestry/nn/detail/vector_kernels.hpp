@@ -4,31 +4,33 @@
 #include <tapestry/core/vector_exp.hpp>
 #include <tapestry/nn/activation.hpp>
 #include <type_traits>
+#include <utility>
 
 namespace tapestry::nn {
 
 /// Steps from a sum to the value stored at out[i], where i counts from `origin`:
 ///
-///   value   = sum + bias + (out[i] if adds)
+///   value   = (sum + bias + (out[i] if adds)) · factor[i]
 ///   value   = value · slope where value ≤ 0 or, if there is a gate, where bit i of it is not set
 ///   bit i of `positive` = value > 0
 ///   out[i]  = value + addend[i]
 ///
-/// or with a curve, which excludes slope, gate and bits,
+/// or with a curve, which excludes factor, slope, gate and bits,
 ///
-///   argument[i] = value,   out[i] = curve(value) + addend[i]
+///   slopes[i] = curve'(value),   out[i] = curve(value) + addend[i]
 ///
 /// Bit i is bit i mod 8 of byte i / 8; where bits are used, all vectors begin at whole bytes and are full.
 template <std::floating_point T>
 struct Epilogue {
   const T* bias = nullptr;             ///< one for each lane, readable up to whole vectors
   bool adds = false;                   ///< add to the outputs
+  const T* factor = nullptr;           ///< laid out as the output, or null
   T slope = 1;                         ///< 1 changes nothing
   const std::uint8_t* gate = nullptr;  ///< bits, or null
   std::uint8_t* positive = nullptr;    ///< bits to write, or null
   const T* addend = nullptr;           ///< laid out as the output, or null
   Curve<T> curve = {};                 ///< kind none: no curve
-  T* argument = nullptr;               ///< receives the curve's argument, laid out as the output; or null
+  T* slopes = nullptr;                 ///< receives the curve's slopes, laid out as the output; or null
   const T* origin = nullptr;           ///< start of the output; the convolution sets it
 };
 
@@ -189,11 +191,12 @@ struct Kernels {
   void (*add)(const T*, T*, std::size_t) = nullptr;
   void (*positive_bits)(const T*, std::uint8_t*, std::size_t) = nullptr;
   void (*leaky_adjoint)(const std::uint8_t*, T, const T*, T*, std::size_t) = nullptr;
-  void (*apply_curve)(const Curve<T>&, const T*, T*, std::size_t) = nullptr;
-  void (*curve_adjoint)(const Curve<T>&, const T*, const T*, T*, std::size_t) = nullptr;
+  void (*apply_curve)(const Curve<T>&, const T*, T*, T*, std::size_t) = nullptr;
+  void (*multiply)(const T*, T*, std::size_t) = nullptr;
   void (*affine)(const T*, const T*, const T*, std::size_t, T*, std::size_t) = nullptr;
   void (*combine)(const T*, const T*, const T*, const T*, std::size_t, T*, std::size_t) = nullptr;
   void (*interleave)(const T*, const T*, std::size_t, std::size_t, T*) = nullptr;
+  void (*interleave_adjoint)(const T*, std::size_t, std::size_t, T*, T*) = nullptr;
   void (*max_pool_pixel)(const MaxPoolArguments<T>&) = nullptr;
   void (*periodic_sums)(const T*, const T*, const T*, std::size_t, T*, T*, std::size_t) = nullptr;
 };

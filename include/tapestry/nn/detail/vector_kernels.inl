@@ -28,11 +28,12 @@ Kernels<T> make_kernels() {
   kernels.positive_bits = &positive_bits<T>;
   kernels.leaky_adjoint = &leaky_adjoint<T>;
   kernels.apply_curve = &apply_curve<T>;
-  kernels.curve_adjoint = &curve_adjoint<T>;
+  kernels.multiply = &multiply<T>;
   kernels.affine = &affine<T>;
   kernels.combine = &combine<T>;
   kernels.periodic_sums = &periodic_sums<T>;
   kernels.interleave = &interleave<T>;
+  kernels.interleave_adjoint = &interleave_adjoint<T>;
   kernels.max_pool_pixel = &max_pool_pixel<T>;
   return kernels;
 }

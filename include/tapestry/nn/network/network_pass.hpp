@@ -116,9 +116,9 @@ class NetworkPass {
   /// \param is_first  whether this step writes it first, of each operand
   /// \param n         first picture of the batch
   /// \param batch     number of pictures
-  void call_adjoint(const Program<T>& program, std::size_t s, const std::vector<T*>& goals,
-                    const std::vector<std::uint8_t>& is_first, std::size_t n, std::size_t batch,
-                    Engine engine);
+  void call_adjoint(const Program<T>& program, const ProgramUse& use, std::size_t s,
+                    const std::vector<T*>& goals, const std::vector<std::uint8_t>& is_first, std::size_t n,
+                    std::size_t batch, Engine engine);
 
   [[nodiscard]] T* goal_of(const Program<T>& program, std::size_t value, std::uint8_t& is_first);
 
@@ -152,6 +152,7 @@ class NetworkPass {
   std::vector<Buffer<T>> adjoints_;        ///< one for each value, while it is gathered
   std::vector<T*> goals_;                  ///< receive the adjoints of inputs and weights
   std::vector<Gathered> gathered_;         ///< results whose adjoints are wanted
+  std::vector<bool> is_scaled_;            ///< steps whose adjoint_scale() the results' adjoints have taken
   bool wants_inputs_ = false;
   bool wants_weights_ = false;
   std::vector<TensorView<const T>> inputs_;

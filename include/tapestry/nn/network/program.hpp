@@ -109,7 +109,8 @@ struct Program {
   std::string path{};  ///< of the file, for messages; may be empty
   std::vector<ProgramValue> values{};
   std::vector<ProgramStep<T>> steps{};
-  std::vector<T> constants{};  ///< read by steps: weights, other constants, a few zeros
+  /// Read by steps: weights, other constants, a few zeros.
+  std::vector<T, platform::PageAllocator<T>> constants{};
   std::size_t weight_count = 0;
   std::vector<std::size_t> inputs{};
   std::vector<std::size_t> outputs{};
@@ -118,15 +119,18 @@ struct Program {
 
 /// Dependencies of a program's values, and how long each is needed.
 struct ProgramUse {
-  std::vector<std::size_t> last_use{};  ///< step that reads a value last; the number of steps for results
-  std::vector<bool> follows_inputs{};   ///< depends differentiably on an input
-  std::vector<bool> follows_weights{};  ///< depends on a weight, or is one
+  std::vector<std::size_t> maker{};      ///< step that makes a value; no_value for none
+  std::vector<std::size_t> first_use{};  ///< step that reads a value first, likewise
+  std::vector<std::size_t> last_use{};   ///< step that reads a value last; the number of steps for results
+  std::vector<bool> follows_inputs{};    ///< depends differentiably on an input
+  std::vector<bool> follows_weights{};   ///< depends on a weight, or is one
 };
 
 template <std::floating_point T>
 [[nodiscard]] ProgramUse use_of(const Program<T>& program) {
   const std::size_t count = program.values.size();
-  ProgramUse use{std::vector<std::size_t>(count, 0), std::vector<bool>(count, false),
+  ProgramUse use{std::vector<std::size_t>(count, no_value), std::vector<std::size_t>(count, no_value),
+                 std::vector<std::size_t>(count, 0), std::vector<bool>(count, false),
                  std::vector<bool>(count, false)};
   for (const std::size_t input : program.inputs)
     use.follows_inputs[input] = program.values[input].type == ElementType::floating;
@@ -142,13 +146,14 @@ template <std::floating_point T>
       const std::size_t value = step.inputs[i];
       if (value == no_value) continue;
       use.last_use[value] = s;
+      use.first_use[value] = std::min(use.first_use[value], s);
       if (!step.operation->is_differentiable(i)) continue;
       inputs = inputs || use.follows_inputs[value];
       weights = weights || use.follows_weights[value];
     }
     for (const std::size_t output : step.outputs) {
       if (output == no_value) continue;
-      use.last_use[output] = s;
+      use.last_use[output] = use.maker[output] = s;
       const bool is_smooth = program.values[output].type == ElementType::floating;
       use.follows_inputs[output] = inputs && is_smooth;
       use.follows_weights[output] = weights && is_smooth;
@@ -156,6 +161,17 @@ template <std::floating_point T>
   }
   for (const std::size_t output : program.outputs) use.last_use[output] = program.steps.size();
   return use;
+}
+
+/// The maker of operand 0 of step s, if s adds to its adjoint once and last, called alike; else no_value.
+template <std::floating_point T>
+[[nodiscard]] std::size_t maker_behind(const Program<T>& program, const ProgramUse& use, std::size_t s) {
+  const ProgramStep<T>& step = program.steps[s];
+  const std::size_t value = step.inputs.empty() ? no_value : step.inputs[0];
+  const std::size_t maker = value == no_value || use.first_use[value] != s ? no_value : use.maker[value];
+  if (maker == no_value || std::ranges::count(step.inputs, value) > 1) return no_value;
+  const Operation<T>& other = *program.steps[maker].operation;
+  return other.takes_batches() == step.operation->takes_batches() ? maker : no_value;
 }
 
 }  // namespace tapestry::nn

@@ -59,12 +59,31 @@ template <std::floating_point T>
 /// are exact in it up to its digits, 2^24 in float; a Boolean is 0 or 1.
 enum class ElementType { floating, integer, boolean };
 
+/// Numbers that another owner keeps, such as a model's parameters. With factors, each of as many equal rows
+/// is multiplied by its factor and rounded.
+struct BorrowedValues {
+  std::span<const float> numbers{};
+  std::vector<double> factors{};
+
+  [[nodiscard]] std::size_t size() const { return numbers.size(); }
+  [[nodiscard]] std::size_t row_size() const { return size() / std::max<std::size_t>(1, factors.size()); }
+  [[nodiscard]] float operator[](std::size_t i) const {
+    return factors.empty() ? numbers[i] : scaled(i, factors[i / row_size()]);
+  }
+  friend bool operator==(const BorrowedValues& a, const BorrowedValues& b) {
+    return std::ranges::equal(a.numbers, b.numbers) && a.factors == b.factors;
+  }
+  [[nodiscard]] float scaled(std::size_t i, double factor) const {
+    return static_cast<float>(static_cast<double>(numbers[i]) * factor);
+  }
+};
+
 /// A tensor whose values are known before a network runs: weights, and numbers that shapes are computed from.
 /// Weights stay in single precision, as files hold them; integers and doubles are stored in double.
 struct Constant {
   Shape shape{};
   ElementType type = ElementType::floating;
-  std::variant<std::vector<float>, std::vector<double>> values{};
+  std::variant<std::vector<float>, std::vector<double>, BorrowedValues> values{};
   std::int32_t file_type = 0;  ///< of integers in a file, as ONNX numbers them: 2 is UINT8; else 0
 
   [[nodiscard]] std::size_t size() const {
@@ -75,6 +94,18 @@ struct Constant {
     return std::visit([i](const auto& all) { return static_cast<double>(all[i]); }, values);
   }
 };
+
+/// Appends a constant's values.
+template <class Values, class To>
+void append(const Values& from, To& to) {
+  if constexpr (std::is_same_v<Values, BorrowedValues>) {
+    for (std::size_t row = 0, i = 0; row < from.factors.size(); ++row)
+      for (const std::size_t end = i + from.row_size(); i < end; ++i)
+        to.push_back(static_cast<typename To::value_type>(from.scaled(i, from.factors[row])));
+    if (!from.factors.empty()) return;
+  }
+  for (std::size_t i = 0; i < from.size(); ++i) to.push_back(static_cast<typename To::value_type>(from[i]));
+}
 
 /// A tensor that a pass holds: values in row-major order of its shape.
 template <std::floating_point T>

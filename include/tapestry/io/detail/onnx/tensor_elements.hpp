@@ -28,7 +28,7 @@ enum class OnnxType : std::int64_t {
 };
 
 /// Elements as nn::Constant keeps them.
-using ConstantValues = std::variant<std::vector<float>, std::vector<double>>;
+using ConstantValues = decltype(nn::Constant::values);
 
 /// The range of integers that may stand for an element in int32_data or uint64_data.
 struct IntegerRange {

@@ -52,8 +52,8 @@ inline void parse_net(SectionReader& reader, detect::NetworkConfig& config) {
 template <std::floating_point T>
 [[nodiscard]] LoadedModel<T> with_weights(const detect::NetworkConfig& config, const std::string& weights,
                                           std::size_t input_height, std::size_t input_width) {
-  const WeightFile file = read_weight_file(weights, config, layout_of(config, input_height, input_width));
-  LoadedModel<T> loaded{{config, cast<T>(file.parameters), input_height, input_width}};
+  WeightFile file = read_weight_file(weights, config, layout_of(config, input_height, input_width));
+  LoadedModel<T> loaded{{config, cast<T>(std::move(file.parameters)), input_height, input_width}};
   loaded.model.set_images_seen(file.images_seen);
   for (const auto& more : {config.warnings, detect::decode_warnings(config), file.warnings})
     loaded.warnings.insert(loaded.warnings.end(), more.begin(), more.end());
@@ -83,7 +83,7 @@ LoadedModel<T> darknet_model(const nn::NetworkDescription& network, const std::s
     for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(constant.at(i));
     detail::check_block(network.path, config, block, values, {});
   }
-  detect::DarknetModel<T> model(config, cast<T>(parameters), input_height, input_width);
+  detect::DarknetModel<T> model(config, cast<T>(std::move(parameters)), input_height, input_width);
   model.set_images_seen(metadata.images_seen);
   return {std::move(model), std::move(warnings)};
 }

@@ -1,4 +1,6 @@
 #pragma once
+#include <tapestry/core/finite.hpp>
+#include <tapestry/core/parallel.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detail/number_formats.hpp>
@@ -95,19 +97,31 @@ void check_block(const std::string& path, const detect::NetworkConfig& config,
   }
 }
 
-/// Adds warnings for values that are possible but look like the weights of another cfg.
-inline void remark_on_block(const detect::NetworkConfig& config, const detect::ParameterBlock& block,
-                            std::span<const float> values, std::vector<std::string>& warnings) {
-  double largest = 0;
+struct Magnitudes {
+  float largest = 0;
   double square_sum = 0;
   std::size_t denormal_count = 0;
-  for (const float value : values) {
-    const double magnitude = std::abs(static_cast<double>(value));
-    largest = magnitude > largest ? magnitude : largest;
-    square_sum += magnitude * magnitude;
-    denormal_count += magnitude > 0 && magnitude < 1.17549435e-38 ? 1 : 0;
+};
+
+[[nodiscard]] inline Magnitudes magnitudes_of(std::span<const float> values) {
+  Magnitudes all;
+  double sums[4] = {};  // additions that need not wait for each other
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const float magnitude = std::abs(values[i]);
+    all.largest = magnitude > all.largest ? magnitude : all.largest;
+    sums[i % 4] += static_cast<double>(magnitude) * static_cast<double>(magnitude);
+    all.denormal_count += magnitude > 0 && magnitude < std::numeric_limits<float>::min() ? 1 : 0;
   }
-  const double rms = std::sqrt(square_sum / static_cast<double>(values.size()));
+  all.square_sum = sums[0] + sums[1] + (sums[2] + sums[3]);
+  return all;
+}
+
+/// Adds warnings for values that are possible but look like the weights of another cfg.
+inline void remark_on_block(const detect::NetworkConfig& config, const detect::ParameterBlock& block,
+                            const Magnitudes& magnitudes, std::vector<std::string>& warnings) {
+  const auto largest = static_cast<double>(magnitudes.largest);
+  const std::size_t denormal_count = magnitudes.denormal_count;
+  const double rms = std::sqrt(magnitudes.square_sum / static_cast<double>(block.count));
   std::string remark;
   if (denormal_count > 0) remark = std::to_string(denormal_count) + " denormal values";
   if (block.role == detect::ParameterRole::mean && largest > 1e3) remark = "magnitude above 1000";
@@ -141,10 +155,16 @@ WeightFile read_weight_file(const std::string& path, const detect::NetworkConfig
       value = std::bit_cast<float>(__builtin_bswap32(std::bit_cast<std::uint32_t>(value)));
     }
   }
-  for (const detect::ParameterBlock& block : layout.blocks) {
-    const auto values = std::span<const float>(weights.parameters.data() + block.offset, block.count);
-    if (!options.allow_nonfinite) detail::check_block(path, config, block, values, header);
-    detail::remark_on_block(config, block, values, weights.warnings);
+  const auto values_of = [&](const detect::ParameterBlock& block) {
+    return std::span<const float>(weights.parameters.data() + block.offset, block.count);
+  };
+  std::vector<detail::Magnitudes> magnitudes(layout.blocks.size());
+  parallel_for(magnitudes.size(),
+               [&](std::size_t i) { magnitudes[i] = detail::magnitudes_of(values_of(layout.blocks[i])); });
+  for (std::size_t i = 0; i < magnitudes.size(); ++i) {
+    const detect::ParameterBlock& block = layout.blocks[i];
+    if (!options.allow_nonfinite) detail::check_block(path, config, block, values_of(block), header);
+    detail::remark_on_block(config, block, magnitudes[i], weights.warnings);
   }
   return weights;
 }

@@ -25,17 +25,18 @@ namespace tapestry::nn {
 /// \param to_last  from that order to channels last, else back
 [[nodiscard]] inline Constant reordered(const Constant& constant, const Shape& logical, bool to_last) {
   const std::size_t channels = logical[1], pixels = logical[2] * logical[3];
-  Constant moved{to_last ? stored_shape(logical) : logical, constant.type, constant.values};
+  Constant moved{to_last ? stored_shape(logical) : logical, constant.type};
   std::visit(
-      [&](auto& values) {
-        const auto from = values;
+      [&](const auto& from) {
+        std::vector<std::remove_cvref_t<decltype(from[0])>> values(from.size());
         for (std::size_t i = 0; i < values.size(); ++i) {
           const std::size_t channel = i % channels, pixel = i / channels % pixels;
           const std::size_t place = ((i / channels / pixels) * channels + channel) * pixels + pixel;
           values[to_last ? i : place] = from[to_last ? place : i];
         }
+        moved.values = std::move(values);
       },
-      moved.values);
+      constant.values);
   return moved;
 }
 

@@ -25,6 +25,16 @@ struct ForwardCall {
   const MapWindow* window = nullptr;  ///< of the results: the rest need not be written; null: all
 };
 
+/// Factors of a result's adjoint: a curve's slopes, or `slope` where a bit of `gate` is not set; or null.
+template <std::floating_point T>
+struct AdjointScale {
+  const T* factor = nullptr;
+  const std::uint8_t* gate = nullptr;
+  T slope = 1;
+
+  [[nodiscard]] bool is_there() const { return factor != nullptr || gate != nullptr; }
+};
+
 /// Arguments of Operation::adjoint(). Operands and results have values only where adjoint_reads() lists them,
 /// and in training where weight_adjoint_reads() does; all others are null.
 template <std::floating_point T>
@@ -40,6 +50,8 @@ struct AdjointCall {
   std::size_t batch = 1;                    ///< as in ForwardCall
   const MapWindow* window = nullptr;        ///< window of the results with defined adjoints; null: all
   const MapWindow* input_window = nullptr;  ///< of operand 0: the rest need not be written; null: all
+  bool is_scaled = false;                   ///< whether output_adjoints have taken adjoint_scale()
+  AdjointScale<T> input_scale{};            ///< applied to the whole adjoint of operand 0 as it is written
 
   [[nodiscard]] bool wants(std::size_t input) const {
     return input < input_adjoints.size() && input_adjoints[input].is_there();
@@ -94,6 +106,10 @@ class Operation {
   [[nodiscard]] virtual AdjointReads weight_adjoint_reads() const { return {}; }
   /// Whether result 0 has a derivative with respect to this operand.
   [[nodiscard]] virtual bool is_differentiable(std::size_t /*input*/) const { return true; }
+  /// The scale of result 0's adjoint, if another operation may apply it: the one that adds to it last.
+  [[nodiscard]] virtual AdjointScale<T> adjoint_scale(const OperationState<T>& /*state*/) const { return {}; }
+  /// Whether adjoint() applies such a scale to the adjoint of operand 0.
+  [[nodiscard]] virtual bool scales_adjoint(const AdjointScale<T>& /*scale*/) const { return false; }
   /// Whether a constant operand is a weight that training changes.
   [[nodiscard]] virtual bool is_weight(std::size_t /*input*/) const { return false; }
   /// Whether one call may take several copies of the operands; if not, there is one call a copy.

@@ -147,6 +147,7 @@ void NetworkPass<T>::adjoint(const Program<T>& program, const ProgramUse& use,
       goals_[v] = weights_adjoint + program.values[v].constant;
   find_gathered(program, outputs_gathered);
   for (std::size_t i = 0; i < program.outputs.size(); ++i) seed(program, i, output_adjoints.at(i));
+  is_scaled_.assign(program.steps.size(), false);
   for (std::size_t s = program.steps.size(); s-- > 0;) pull_back(program, use, s, engine);
   if (plan_ != nullptr && !inputs_adjoint.empty()) add_within(program, inputs_adjoint.front());
   for (auto& buffer : adjoints_) workspace_.give(std::move(buffer));
@@ -238,16 +239,16 @@ void NetworkPass<T>::pull_back(const Program<T>& program, const ProgramUse& use,
   if (std::ranges::any_of(goals, [](const T* wanted) { return wanted != nullptr; })) {
     const auto timer = timed_call(adjoint_times_, step.label);
     for_each_call(step, [&](std::size_t n, std::size_t batch) {
-      call_adjoint(program, s, goals, is_first, n, batch, engine);
+      call_adjoint(program, use, s, goals, is_first, n, batch, engine);
     });
   }
   for (const std::size_t value : step.outputs) workspace_.give(std::move(adjoints_[value]));
 }
 
 template <std::floating_point T>
-void NetworkPass<T>::call_adjoint(const Program<T>& program, std::size_t s, const std::vector<T*>& goals,
-                                  const std::vector<std::uint8_t>& is_first, std::size_t n, std::size_t batch,
-                                  Engine engine) {
+void NetworkPass<T>::call_adjoint(const Program<T>& program, const ProgramUse& use, std::size_t s,
+                                  const std::vector<T*>& goals, const std::vector<std::uint8_t>& is_first,
+                                  std::size_t n, std::size_t batch, Engine engine) {
   const ProgramStep<T>& step = program.steps[s];
   const AdjointReads reads = reads_of(step);  // all other operands are null, even if they are still in memory
   std::vector<TensorView<const T>> results;
@@ -270,12 +271,20 @@ void NetworkPass<T>::call_adjoint(const Program<T>& program, std::size_t s, cons
     input_adjoints.push_back(view(program.values[v], goals[i], n));
   }
   const MapWindow* const window = window_of(plan_.get(), step.outputs.front());
+  AdjointScale<T> scale{};
+  const std::size_t maker = maker_behind(program, use, s);
+  if (maker != no_value && goals[0] != nullptr &&
+      std::ranges::count(gathered_, step.inputs[0], &Gathered::value) == 0) {
+    scale = program.steps[maker].operation->adjoint_scale(states_[maker * batch_ + n]);
+    is_scaled_[maker] = scale.is_there() && step.operation->scales_adjoint(scale);
+    if (!is_scaled_[maker]) scale = {};
+  }
   const std::unique_ptr<bool[]> is_uninitialised(new bool[step.inputs.size() + 1]());
   std::ranges::copy(is_first, is_uninitialised.get());
-  step.operation->adjoint({inputs_, results, result_adjoints, input_adjoints,
-                           std::span(is_uninitialised.get(), step.inputs.size()), states_[s * batch_ + n],
-                           engine, batch, window,
-                           window == nullptr ? nullptr : window_of(plan_.get(), step.inputs[0])});
+  step.operation->adjoint(
+      {inputs_, results, result_adjoints, input_adjoints,
+       std::span(is_uninitialised.get(), step.inputs.size()), states_[s * batch_ + n], engine, batch, window,
+       window == nullptr ? nullptr : window_of(plan_.get(), step.inputs[0]), is_scaled_[s], scale});
 }
 
 template <std::floating_point T>

@@ -220,7 +220,8 @@ void ProgramBuilder<T>::put_weights_first() {
     const auto last = first + static_cast<std::ptrdiff_t>(size_of(value.shape));
     if (noted_.contains(v)) {
       moved[value.constant] = program_.weight_count;
-      std::copy(first, last, begin + static_cast<std::ptrdiff_t>(program_.weight_count));
+      if (value.constant != program_.weight_count)
+        std::copy(first, last, begin + static_cast<std::ptrdiff_t>(program_.weight_count));
       value.constant = program_.weight_count;
       program_.weight_count += size_of(value.shape);
     } else {
@@ -264,11 +265,7 @@ std::size_t ProgramBuilder<T>::value_of(const std::string& name, Known& known, b
     program_.values[value].channels_last = is_last;
     program_.values[value].constant = program_.constants.size();
     if (!stores_constants_) return value;
-    std::visit(
-        [&](const auto& values) {
-          for (const auto element : values) program_.constants.push_back(static_cast<T>(element));
-        },
-        constant.values);
+    std::visit([&](const auto& values) { append(values, program_.constants); }, constant.values);
     return value;
   }
   const std::size_t from = known.value[is_last ? 0 : 1];

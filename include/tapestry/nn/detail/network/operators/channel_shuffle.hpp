@@ -90,11 +90,8 @@ class InterleaveChannels : public Operation<T> {
     for_each_run([&](std::size_t pixel, std::size_t result, std::size_t begin, std::size_t end) {
       if (!call.output_adjoints[result].is_there()) return;
       const T* const from = call.output_adjoints[result].values + pixel * (end - begin);
-      const std::size_t first = pixel * channels_;
-      if (even != nullptr)
-        for (std::size_t i = (begin + 1) / 2; 2 * i < end; ++i) even[first + i] += from[2 * i - begin];
-      if (odd != nullptr)
-        for (std::size_t i = begin / 2; 2 * i + 1 < end; ++i) odd[first + i] += from[2 * i + 1 - begin];
+      kernels<T>().interleave_adjoint(from, begin, end, even == nullptr ? nullptr : even + pixel * channels_,
+                                      odd == nullptr ? nullptr : odd + pixel * channels_);
     });
   }
 

@@ -67,7 +67,7 @@ class Convolution : public Operation<T> {
     end.curve = activation.curve;
     if (call.keeps && activation.is_curve()) {
       call.state.values.resize(plan_.out_size(call.batch));
-      end.argument = call.state.values.data();
+      end.slopes = call.state.values.data();
     }
     convolve<T>(call.engine, weights->convolution(), call.batch * plan_.images, call.inputs[0].values, end,
                 out, plan_.shape.out_size(), window_of(call.window));
@@ -79,7 +79,7 @@ class Convolution : public Operation<T> {
   void adjoint(const AdjointCall<T>& call) const override {
     T* const adjoint = call.output_adjoints[0].values;
     if (!plan_.adds_first) add_to_addend_adjoint(call, adjoint);
-    pull_back_activation(call, adjoint);
+    if (!call.is_scaled) pull_back_activation(call, adjoint);
     if (plan_.adds_first) add_to_addend_adjoint(call, adjoint);
     const std::size_t pixels = plan_.out_size(call.batch) / plan_.shape.out_channels;
     if (has_bias() && call.wants(plan_.bias))
@@ -92,7 +92,7 @@ class Convolution : public Operation<T> {
     if (!call.wants(0)) return;
     const CallWeights weights(*this, call.inputs);
     convolve_adjoint(call.engine, *weights, call.batch * plan_.images, adjoint, call.is_uninitialised[0],
-                     call.input_adjoints[0].values, window_of(call.input_window));
+                     call.input_adjoints[0].values, window_of(call.input_window), call.input_scale);
     call.is_uninitialised[0] = false;
   }
 
@@ -133,6 +133,15 @@ class Convolution : public Operation<T> {
     return {1U | std::uint64_t(1) << plan_.weight, 0};
   }
   [[nodiscard]] AdjointReads weight_adjoint_reads() const override { return {1, 0}; }
+  [[nodiscard]] AdjointScale<T> adjoint_scale(const OperationState<T>& state) const override {
+    if (has_addend() && !plan_.adds_first) return {};  // the addend's adjoint is not scaled
+    if (plan_.activation.is_curve()) return {state.values.data()};
+    if (!plan_.activation.needs_signs()) return {};
+    return {nullptr, state.bits.data(), plan_.activation.slope};
+  }
+  [[nodiscard]] bool scales_adjoint(const AdjointScale<T>& scale) const override {
+    return scales_whole(plan_.shape, scale);
+  }
   [[nodiscard]] bool is_weight(std::size_t input) const override {
     return input == plan_.weight || input == plan_.bias;
   }
@@ -167,7 +176,7 @@ class Convolution : public Operation<T> {
   void pull_back_activation(const AdjointCall<T>& call, T* adjoint) const {
     const FusedActivation<T>& activation = plan_.activation;
     if (activation.is_curve()) {
-      curve_adjoint(activation.curve, call.state.values.data(), adjoint, adjoint, plan_.out_size(call.batch));
+      multiply(call.state.values.data(), adjoint, plan_.out_size(call.batch));
     } else if (activation.needs_signs()) {
       leaky_adjoint(call.state.bits.data(), activation.slope, adjoint, adjoint, plan_.out_size(call.batch));
     }

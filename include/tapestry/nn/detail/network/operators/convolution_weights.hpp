@@ -1,6 +1,7 @@
 #pragma once
 #include <tapestry/nn/detail/network/operator_context.hpp>
 #include <tapestry/nn/engine.hpp>
+#include <tapestry/nn/pointwise.hpp>
 
 namespace tapestry::nn {
 
@@ -72,18 +73,31 @@ class ConvolutionWeights {
   mutable std::unique_ptr<std::vector<PackedConvolution<T>>> adjoint_;
 };
 
+/// Whether convolve_adjoint() writes every pixel once, by kernels that apply this scale.
+template <std::floating_point T>
+[[nodiscard]] bool scales_whole(const ConvolutionShape& shape, const AdjointScale<T>& scale) {
+  ConvolutionShape back = shape;
+  std::swap(back.in_channels, back.out_channels);
+  return adjoint_covers_input(shape) && shape.in_channels > 4 &&
+         (scale.gate == nullptr || fuses_bits<T>(back));
+}
+
 /// Adds to in_adjoint the adjoint of a convolution applied to out_adjoint, or writes it where fresh.
 /// \param is_uninitialised  in_adjoint is not initialised
 /// \param window    of in_adjoint, as convolve() takes it
+/// \param scale     of in_adjoint, applied at the end; see scales_whole()
 template <std::floating_point T>
 void convolve_adjoint(Engine engine, const ConvolutionWeights<T>& weights, std::size_t images,
                       const T* out_adjoint, bool is_uninitialised, T* in_adjoint,
-                      const std::optional<MapWindow>& window = {}) {
+                      const std::optional<MapWindow>& window = {}, const AdjointScale<T>& scale = {}) {
   const ConvolutionShape& shape = weights.shape();
   const bool writes = is_uninitialised && adjoint_covers_input(shape);
   if (is_uninitialised && !writes) std::fill_n(in_adjoint, images * shape.in_size(), T(0));
   Epilogue<T> end{};
   end.adds = !writes;
+  end.factor = scale.factor;
+  end.gate = scale.gate;
+  end.slope = scale.slope;
   for (const auto& part : weights.adjoint())
     convolve<T>(engine, part, images, out_adjoint, end, in_adjoint, shape.in_size(), window);
 }

@@ -158,6 +158,10 @@ struct ChannelScaling {
 template <std::floating_point T, class ChannelOf>
 [[nodiscard]] Constant scaled(const Constant& constant, const std::vector<double>& factors,
                               ChannelOf channel_of) {
+  if constexpr (std::is_same_v<T, float>)
+    if (const auto* const borrowed = std::get_if<BorrowedValues>(&constant.values);
+        borrowed != nullptr && borrowed->factors.empty() && channel_of.is_row())
+      return {constant.shape, constant.type, BorrowedValues{borrowed->numbers, factors}};
   std::vector<T> values(constant.size());
   std::visit(
       [&](const auto& all) {
@@ -180,6 +184,9 @@ class ChannelOfWeight {
     of_group_ = weights[0] / static_cast<std::size_t>(attribute_of<std::int64_t>(node, "group", 1));
     of_channel_ = of_first_ / weights[1];
   }
+
+  /// Whether the channel is the place along axis 0.
+  [[nodiscard]] bool is_row() const { return !is_transposed_ && of_first_ != 0; }
 
   [[nodiscard]] std::size_t operator()(std::size_t i) const {
     if (is_transposed_) return i / of_first_ / of_group_ * channels_ + i % of_first_ / of_channel_;
