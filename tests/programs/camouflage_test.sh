@@ -86,6 +86,7 @@ expect_refusal 8 "^error: too little memory: the run needs [0-9]+ MiB and may ta
 rows=$(sed -nE 's/^error: .*of which ([0-9]+) would fit$/\1/p' command.err)
 [ ! -e held ] && [ "$rows" -ge 400 ] && pass || fail "a folder, or only $rows rows"
 expect_exit 0 "$rows rows, as said" "$camouflage" --scenes 16 --texels "$rows" --memory-mib 600 --epochs 1 --output held
+rm -r held
 expect_refusal 8 "^error: too little memory: .* of which [0-9]+ would fit$" "cubes of 32" "$camouflage" --texture cube --texels 32 --output none
 
 expect_exit 0 "evaluate gives the run's figures again" "$programs/evaluate" --run two --output again --film film.png --seconds 0.2
