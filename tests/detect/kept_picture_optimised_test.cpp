@@ -146,7 +146,8 @@ TEST_CASE("everything is computed again when the rest of a picture, weights, mod
   require_same();
   images(0, 0, 0, 2) = 0;
   require_same();
-  for (const std::size_t x : {40, 43, 46, 48}) images(0, 3, x, 0) *= -1;  // signs alone, some 32 bytes apart
+  for (const std::size_t x : std::initializer_list<std::size_t>{40, 43, 46, 48})
+    images(0, 3, x, 0) *= -1;  // signs alone, some 32 bytes apart
   require_same();
   std::swap(images(0, 200, 0, 0), images(0, 200, 8, 0));
   require_same();

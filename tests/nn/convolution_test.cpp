@@ -97,14 +97,13 @@ void check_shape(const nn::ConvolutionShape& s, std::size_t images) {
     // Winograd's transforms multiply that by at most about 20, the largest row sums of A and B together.
     const double tolerance = (engine == nn::Engine::direct ? 8 : 40) * rounding;
     out.fill_zero();
-    nn::convolve<T>(engine, packed, images, in.data(), {bias.data(), false, T(0.125)}, out.data(),
+    nn::convolve<T>(engine, packed, images, in.data(), {.bias = bias.data(), .slope = T(0.125)}, out.data(),
                     s.out_size());
     CHECK(largest_difference(out, out_expected) <= tolerance);
 
     std::fill_n(in_adjoint.data(), in_adjoint.size(), T(1));
     for (const auto& part : adjoint_parts)
-      nn::convolve<T>(engine, part, images, adjoint.data(), {nullptr, true, 1}, in_adjoint.data(),
-                      s.in_size());
+      nn::convolve<T>(engine, part, images, adjoint.data(), {.adds = true}, in_adjoint.data(), s.in_size());
     CHECK(largest_difference(in_adjoint, in_adjoint_expected) <= tolerance);
   }
 
@@ -128,8 +127,8 @@ struct WindowCase {
     nn::Buffer<T> out(out_rows * packed.out_columns * packed.shape.out_channels);
     std::fill_n(out.data(), out.size(), T(-7));
     const auto bias = random_buffer<T>(packed.shape.out_channels, 3);
-    nn::convolve<T>(engine, packed, 1, in.data(), {bias.data(), false, T(0.125)}, out.data(), out.size(),
-                    window);
+    nn::convolve<T>(engine, packed, 1, in.data(), {.bias = bias.data(), .slope = T(0.125)}, out.data(),
+                    out.size(), window);
     return out;
   }
 

@@ -245,7 +245,8 @@ class ProtocolMeasurement {
       });
     };
     if (ranks.index() < frames.size())
-      copy(frames[ranks.index()], row.data(), [](auto& own, double& value) { value = own; });
+      copy(frames[ranks.index()], row.data(),
+           [](auto& own, double& value) { value = static_cast<double>(own); });
     auto rows = ranks.gathered(row);
     for (std::size_t rank = 0; rank < frames.size(); ++rank)
       copy(frames[rank], rows.data() + rank * row.size(), [](auto& own, double& value) {

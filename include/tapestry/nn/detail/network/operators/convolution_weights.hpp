@@ -1,6 +1,6 @@
 #pragma once
+#include <tapestry/nn/detail/network/operation.hpp>
 #include <tapestry/nn/detail/network/operator_context.hpp>
-#include <tapestry/nn/engine.hpp>
 #include <tapestry/nn/pointwise.hpp>
 
 namespace tapestry::nn {
