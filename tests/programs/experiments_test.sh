@@ -47,7 +47,8 @@ awk -F , 'NR == FNR { if ($2 == "detector" && $3 == "adversarial") { found = $7;
   whole/out/measured/digital-fca-1/digital.csv $tables/1-methods.csv && pass || fail "other figures than those measured"
 grep -q '"draws": 2' whole/out/measured/digital-fca-1/digital.json && pass || fail "not two draws of noise"
 effect=$(sed -nE 's/.*"difference": ([-0-9.e]+),$/\1/p' whole/out/measured/digital-fca-1/digital.json | head -n 1)
-awk -F , -v effect="$effect" '$1 == "fca" && $2 == "detector" && $3 == "adversarial" { exit ($22 - effect) ^ 2 > 1e-15 }' $tables/1-methods.csv &&
+awk -F , -v effect="$effect" 'NR == 1 { while ($(++at) != "effect") {} }
+  $1 == "fca" && $2 == "detector" && $3 == "adversarial" { exit ($at - effect) ^ 2 > 1e-15 }' $tables/1-methods.csv &&
   pass || fail "the effect is not $effect"
 
 # Hard examples: those with a found car, and as many others, if there are any.
