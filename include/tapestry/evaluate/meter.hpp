@@ -29,7 +29,7 @@ struct ViewResult {
 /// Boxes of the car's class above this confidence, at most `most_ranked` of a picture and the surest, count
 /// for average precision.
 inline constexpr double ranked_confidence = 0.001;
-inline constexpr std::size_t most_ranked = 16;
+inline constexpr std::size_t most_ranked = 16;  ///< see ranked_confidence
 
 /// The result of a picture, from the detections of any detector.
 ///

@@ -26,21 +26,25 @@ struct VectorFunction {
   static constexpr bool has_derivative = true;
 };
 
+/// x + y.
 template <std::floating_point T>
 struct Add : VectorFunction {
   [[gnu::always_inline]] static T value(T a, T b) { return a + b; }
 };
 
+/// x − y.
 template <std::floating_point T>
 struct Sub : VectorFunction {
   [[gnu::always_inline]] static T value(T a, T b) { return a - b; }
 };
 
+/// x · y.
 template <std::floating_point T>
 struct Mul : VectorFunction {
   [[gnu::always_inline]] static T value(T a, T b) { return a * b; }
 };
 
+/// x / y.
 template <std::floating_point T>
 struct Div : VectorFunction {
   [[gnu::always_inline]] static T value(T a, T b) { return a / b; }
@@ -65,6 +69,7 @@ struct Pow : Function {
   static T by_b(T a, T b) { return a > 0 ? std::pow(a, b) * std::log(a) : T(0); }
 };
 
+/// x^y of integers.
 template <std::floating_point T>
 struct IntegerPow : Discrete {
   static T value(T a, T b) { return std::trunc(std::pow(a, b)); }

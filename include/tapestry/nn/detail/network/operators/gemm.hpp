@@ -17,6 +17,7 @@ struct GemmPlan {
   [[nodiscard]] std::size_t b_column_step() const { return turns_b ? shape.depth : 1; }
 };
 
+/// Gemm.
 template <std::floating_point T>
 class Gemm : public Operation<T> {
  public:

@@ -121,6 +121,7 @@ struct MatMulPlan {
   return plan;
 }
 
+/// MatMul.
 template <std::floating_point T>
 class MatMul : public Operation<T> {
  public:

@@ -3,6 +3,7 @@
 
 namespace tapestry::nn {
 
+/// The settings of NonMaxSuppression.
 struct SuppressionSettings {
   bool has_centres = false;  ///< boxes are cx, cy, w, h; else y, x of two opposite corners
   std::size_t most = 0;      ///< boxes of a class of an image

@@ -135,6 +135,7 @@ void add_max_pool(OperatorTable<T>& table) {
                             }};
 }
 
+/// AveragePool and GlobalAveragePool.
 template <std::floating_point T>
 class AveragePool : public Operation<T> {
  public:

@@ -21,6 +21,7 @@ struct ProductStep {
   static double next(double product, double value) { return product * value; }
   static double join(double product, double part) { return product * part; }
 };
+/// The smallest x.
 struct SmallestStep {
   static double first() { return std::numeric_limits<double>::infinity(); }
   static double next(double best, double value) { return value < best || value != value ? value : best; }

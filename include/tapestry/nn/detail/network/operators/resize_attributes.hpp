@@ -14,6 +14,7 @@ struct ResizeRule {
   bool antialiases = false;  ///< linear and cubic filters reach as far as an output pixel is large
 };
 
+/// One axis that is resized.
 struct ResizeAxis {
   std::size_t axis = 0;  ///< as stored
   std::size_t input = 1, output = 1;
@@ -212,6 +213,7 @@ inline void apply_sizes(const std::vector<double>& sizes, const std::string& pol
   return table;
 }
 
+/// Attributes of a node Resize or Upsample.
 struct ResizeAttributes {
   ResizeRule rule{};
   std::vector<ResizeAxis> axes{};
