@@ -45,8 +45,9 @@ struct PhotographOptions {
 inline constexpr double asphalt = 0.45;
 
 /// Median of each channel on the ground of a photograph, on rings around the car, [0, 1]; none where fewer
-/// than twelve of 384 places lie in the picture. \param camera                 in the frame of the car \param
-/// nearest_m, farthest_m  radii of the first and the last ring
+/// than twelve of 384 places lie in the picture.
+/// \param camera                 in the frame of the car
+/// \param nearest_m, farthest_m  radii of the first and the last ring
 [[nodiscard]] std::optional<Colour> ground_colour(const Array<float, 3>& photograph,
                                                   const geometry::Camera& camera, double nearest_m,
                                                   double farthest_m);

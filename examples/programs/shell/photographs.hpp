@@ -116,8 +116,9 @@ struct PhotographShares {
 };
 
 /// Divides photographs in the proportion of the frames, the last ones being held out. Where a border of two
-/// places lies near, it is the parts' border. \param all          sorted by name \param train, test  frames
-/// of the parts
+/// places lies near, it is the parts' border.
+/// \param all          sorted by name
+/// \param train, test  frames of the parts
 inline PhotographShares shares_of(const std::vector<Photograph>& all, std::size_t train, std::size_t test) {
   if (train == 0 || all.empty()) return {{}, all};
   const double share = static_cast<double>(train) / static_cast<double>(train + test);

@@ -33,7 +33,7 @@ __attribute__((noinline)) void store_any(const Epilogue<T>& from, const Register
 #define TAPESTRY_FOR_EACH_SUM \
   _Pragma("GCC unroll 16") for (int p = 0; p < P; ++p) _Pragma("GCC unroll 2") for (int v = 0; v < V; ++v)
 
-/// What an epilogue does to whole vectors beside adding a bias and the slope, the sums in registers.
+/// Applies the factor, the slope or gate, the signs and the addend to whole vectors of sums, in registers.
 template <std::floating_point T, int P, int V>
 __attribute__((always_inline)) inline void finish_laid_out(const Epilogue<T>& end, Register<T> (&sum)[P][V],
                                                            const T* out, std::ptrdiff_t step) {
