@@ -82,10 +82,10 @@ for words in "" "--scenes 300 --texels 256" "--scenes 16 --texels 512" "--scenes
   rm -rf held
 done
 expect_refusal 8 "^error: too little memory: the run needs [0-9]+ MiB and may take 600 .* of which [0-9]+ would fit$" \
-  "too many texels" "$camouflage" --scenes 16 --texels 2048 --memory-mib 600 --output held
+  "too many texels" "$camouflage" --scenes 16 --texels 2048 --memory-mib 600 --threads 2 --output held
 rows=$(sed -nE 's/^error: .*of which ([0-9]+) would fit$/\1/p' command.err)
 [ ! -e held ] && [ "$rows" -ge 400 ] && pass || fail "a folder, or only $rows rows"
-expect_exit 0 "$rows rows, as said" "$camouflage" --scenes 16 --texels "$rows" --memory-mib 600 --epochs 1 --output held
+expect_exit 0 "$rows rows, as said" "$camouflage" --scenes 16 --texels "$rows" --memory-mib 600 --epochs 1 --threads 2 --output held
 rm -r held
 expect_refusal 8 "^error: too little memory: .* of which [0-9]+ would fit$" "cubes of 32" "$camouflage" --texture cube --texels 32 --output none
 

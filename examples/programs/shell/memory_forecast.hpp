@@ -62,9 +62,10 @@ class MemoryForecast {
       layers += objective.kept_layers(member).bytes() * store.size() / std::max<std::size_t>(1, views.size());
     const bool keeps = options_.optimisation.conditions.empty();  // photographs change all over
     layers = std::min<std::uint64_t>(layers, keeps ? options_.keep_layers_mib << 20U : 0);
-    const auto lanes = std::min(static_cast<std::size_t>(thread_count()), options_.optimisation.batch);
+    const auto threads = static_cast<std::size_t>(thread_count());
+    const std::size_t lanes = is_side_by_side ? std::min(threads, options_.optimisation.batch) : 1;
     parts_.push_back({"kept layers", "--keep-layers-mib", {layers, layers}});
-    parts_.push_back({"detector in a step", "--threads", {(is_side_by_side ? lanes : 1) * pass, 2 * pass}});
+    parts_.push_back({"detector in a step", "--threads", {lanes * pass, (threads + 2) * pass / 2}});
     objective.times() = {};
     std::string line = "memory, MiB:";
     for (const MemoryPart& part : parts_)

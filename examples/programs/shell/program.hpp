@@ -3,6 +3,7 @@
 #include <exception>
 #include <filesystem>
 #include <new>
+#include <tapestry/core/parallel.hpp>
 
 #include "command_line.hpp"
 #include "formatted.hpp"
@@ -17,10 +18,16 @@ inline constexpr int exit_internal_fault = 1;
 /// Bytes that the process was limited to; 0 where those of the machine are unknown.
 inline std::uint64_t memory_limit = 0;
 
-/// Limits the memory of the process. \param mib  0: seven eighths of the machine's, for others need some, too
+/// Limits the memory of the process, and lets what the pool keeps go before any allocation fails. \param mib
+/// 0: seven eighths of the machine's, for others need some, too
 inline void limit_memory(std::uint64_t mib) {
   memory_limit = mib > 0 ? mib << 20U : platform::machine_memory() / 8 * 7;
-  if (memory_limit > 0) platform::limit_memory(memory_limit);
+  if (memory_limit > 0) platform::limit_memory(memory_limit, static_cast<unsigned>(tapestry::thread_count()));
+  std::set_new_handler([] {
+    auto& pool = platform::PagePool::shared();
+    if (pool.use().kept == 0) throw std::bad_alloc();
+    pool.release();
+  });
 }
 
 /// Throws Error (write) unless everything printed so far has reached the standard output.

@@ -118,7 +118,8 @@ struct ProcessCost {
 
 /// Lets this process fail to allocate, where the system would otherwise kill it, once its memory exceeds so
 /// many bytes; on Windows nothing, for there it fails by itself.
-void limit_memory(std::uint64_t bytes);
+/// \param threads  whose stacks come on top
+void limit_memory(std::uint64_t bytes, std::uint64_t threads);
 
 /// True if the error stream is a terminal.
 [[nodiscard]] bool is_error_stream_a_terminal();

@@ -59,6 +59,7 @@ bool decode_png(std::string_view file, Array<std::uint8_t, 3>& pixels);
 Array<std::uint8_t, 3> read_picture(const std::string& path, std::vector<std::string>* warnings,
                                     bool is_texture);
 
+/// \throws std::bad_alloc
 std::string encode_png(const std::uint8_t* pixels, std::size_t height, std::size_t width, int channels);
 std::string encode_jpeg(const std::uint8_t* pixels, std::size_t height, std::size_t width, int quality);
 

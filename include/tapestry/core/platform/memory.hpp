@@ -8,7 +8,6 @@
 #include <memory>
 #include <mutex>
 #include <new>
-#include <vector>
 #if defined(_WIN32)
 #include <malloc.h>
 #elif defined(__linux__)
@@ -93,16 +92,9 @@ class PagePool {
     const Class rounded = class_of(size);
     const std::lock_guard lock(mutex_);
     use_.in_use -= rounded.size;
-    try {
-      if (keeps_blocks) {
-        blocks_[rounded.index].push_back(memory);
-        use_.kept += rounded.size;
-        return;
-      }
-    } catch (const std::bad_alloc&) {
-      // no place to note it
-    }
-    unmap(memory);
+    if (!keeps_blocks) return unmap(memory);
+    blocks_[rounded.index] = new (memory) Block{blocks_[rounded.index]};
+    use_.kept += rounded.size;
   }
 
   /// Returns to the system what is kept, and what malloc keeps where that can be told to.
@@ -143,6 +135,11 @@ class PagePool {
   }
 
  private:
+  /// A kept block begins with the next of its class.
+  struct Block {
+    Block* next;
+  };
+
   /// Sizes of blocks: eight from one power of two to the next.
   struct Class {
     std::size_t size;
@@ -160,12 +157,11 @@ class PagePool {
   }
 
   [[nodiscard]] void* pop(const Class& rounded) {
-    std::vector<void*>& blocks = blocks_[rounded.index];
-    if (blocks.empty()) return nullptr;
-    void* const memory = blocks.back();
-    blocks.pop_back();
+    Block* const block = blocks_[rounded.index];
+    if (block == nullptr) return nullptr;
+    blocks_[rounded.index] = block->next;
     use_.kept -= rounded.size;
-    return memory;
+    return block;
   }
 
   /// Unmaps kept blocks until at most `allowed` bytes are kept: those first whose size was longest not asked
@@ -174,7 +170,7 @@ class PagePool {
     while (use_.kept > allowed) {
       std::size_t oldest = blocks_.size();
       for (std::size_t index = 0; index < blocks_.size(); ++index)
-        if (!blocks_[index].empty() && (oldest == blocks_.size() || asked_at_[index] < asked_at_[oldest]))
+        if (blocks_[index] != nullptr && (oldest == blocks_.size() || asked_at_[index] < asked_at_[oldest]))
           oldest = index;
       unmap(pop({size_of_class(oldest), oldest}));
     }
@@ -182,8 +178,8 @@ class PagePool {
 
   mutable std::mutex mutex_;
   Use use_;
-  std::array<std::vector<void*>, 8 * 64> blocks_;  // by class
-  std::array<std::uint64_t, 8 * 64> asked_at_{};   // by class: the last request
+  std::array<Block*, 8 * 64> blocks_{};           // kept, by class
+  std::array<std::uint64_t, 8 * 64> asked_at_{};  // by class: the last request
   std::uint64_t requests_ = 0;
 };
 

@@ -144,8 +144,7 @@ std::string jpeg_file(const std::string& path, const Array<std::uint8_t, 3>& ima
   if (quality < 1 || quality > 100)
     throw DomainError({"jpeg_file: quality is ", quality, ", expected 1 to 100"});
   detail::require_writable_size(path, image.shape(0), image.shape(1));
-  return detail::require_encoded(path,
-                                 detail::encode_jpeg(image.data(), image.shape(0), image.shape(1), quality));
+  return detail::encode_jpeg(image.data(), image.shape(0), image.shape(1), quality);
 }
 
 }  // namespace tapestry::io

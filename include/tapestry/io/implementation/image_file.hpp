@@ -33,15 +33,10 @@ inline void require_writable_size(const std::string& path, std::size_t height, s
     throw ShapeError({path, ": cannot write a picture of ", height, " x ", width});
 }
 
-inline std::string require_encoded(const std::string& path, std::string file) {
-  if (file.empty()) throw FileError(ErrorKind::limit, {path, "", "picture is too large to encode"});
-  return file;
-}
-
 inline std::string checked_png(const std::string& path, const std::uint8_t* pixels, std::size_t height,
                                std::size_t width, int channels) {
   require_writable_size(path, height, width);
-  return require_encoded(path, encode_png(pixels, height, width, channels));
+  return encode_png(pixels, height, width, channels);
 }
 
 inline void write_png(const std::string& path, const std::uint8_t* pixels, std::size_t height,

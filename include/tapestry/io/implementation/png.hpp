@@ -109,19 +109,29 @@ inline void append_to_file(void* file, void* bytes, int count) {
   static_cast<std::string*>(file)->append(static_cast<const char*>(bytes), static_cast<std::size_t>(count));
 }
 
+/// File that a writer of stb makes. Where memory lacks, it tries once more without what the pool keeps.
+template <class Write>
+std::string encoded_by(Write write) {
+  for (const bool is_last : {false, true}) {
+    std::string file;
+    if (write(&file) != 0) return file;
+    if (!is_last) platform::PagePool::shared().release();
+  }
+  throw std::bad_alloc();
+}
+
 std::string encode_png(const std::uint8_t* pixels, std::size_t height, std::size_t width, int channels) {
-  std::string file;
-  const int written =
-      stbi_write_png_to_func(append_to_file, &file, static_cast<int>(width), static_cast<int>(height),
-                             channels, pixels, static_cast<int>(width) * channels);
-  return written != 0 ? file : std::string();
+  return encoded_by([&](std::string* file) {
+    return stbi_write_png_to_func(append_to_file, file, static_cast<int>(width), static_cast<int>(height),
+                                  channels, pixels, static_cast<int>(width) * channels);
+  });
 }
 
 std::string encode_jpeg(const std::uint8_t* pixels, std::size_t height, std::size_t width, int quality) {
-  std::string file;
-  const int written = stbi_write_jpg_to_func(append_to_file, &file, static_cast<int>(width),
-                                             static_cast<int>(height), 3, pixels, quality);
-  return written != 0 ? file : std::string();
+  return encoded_by([&](std::string* file) {
+    return stbi_write_jpg_to_func(append_to_file, file, static_cast<int>(width), static_cast<int>(height), 3,
+                                  pixels, quality);
+  });
 }
 
 }  // namespace tapestry::io::detail

@@ -2,6 +2,7 @@
 #include <tapestry/autodiff/detail/tape/page_memory.hpp>
 #include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/core/error.hpp>
+#include <vector>
 
 namespace tapestry::detail {
 

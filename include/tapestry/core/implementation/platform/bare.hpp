@@ -65,7 +65,7 @@ void set_variable(const char*, const std::string&) {}
 inline std::string machine_name() { return "unknown"; }
 ProcessCost process_cost() { return {}; }
 std::uint64_t machine_memory() { return 0; }
-void limit_memory(std::uint64_t) {}
+void limit_memory(std::uint64_t, std::uint64_t) {}
 bool is_error_stream_a_terminal() { return false; }
 void open_standard_streams() {}
 

@@ -168,10 +168,12 @@ std::uint64_t machine_memory() {
   return bytes;
 }
 
-void limit_memory(std::uint64_t bytes) {
-  ::rlimit limit{};
+void limit_memory(std::uint64_t bytes, std::uint64_t threads) {
+  ::rlimit limit{}, stack{};
   if (!PagePool::keeps_blocks || ::getrlimit(RLIMIT_DATA, &limit) != 0)
     return;  // AddressSanitizer maps far more
+  // Stacks count as data from when they are reserved.
+  if (::getrlimit(RLIMIT_STACK, &stack) == 0 && stack.rlim_cur < bytes) bytes += threads * stack.rlim_cur;
   limit.rlim_cur = std::min<::rlim_t>(bytes, limit.rlim_max);
   ::setrlimit(RLIMIT_DATA, &limit);
 }

@@ -179,7 +179,7 @@ std::uint64_t machine_memory() {
   return ::GlobalMemoryStatusEx(&status) != 0 ? status.ullTotalPhys : 0;
 }
 
-void limit_memory(std::uint64_t) {}
+void limit_memory(std::uint64_t, std::uint64_t) {}
 
 bool is_error_stream_a_terminal() {  // that rewrites its lines
   const HANDLE errors = ::GetStdHandle(STD_ERROR_HANDLE);
