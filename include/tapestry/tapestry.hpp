@@ -12,13 +12,13 @@
 ///   raster, detect                mesh to picture; picture to boxes
 ///   loss, io                      terms of the objective; files in and out
 #include <tapestry/autodiff.hpp>
+#include <tapestry/autodiff/array_derivatives.hpp>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/arrays/gather.hpp>
 #include <tapestry/autodiff/boost.hpp>
 #include <tapestry/autodiff/checkpoint.hpp>
 #include <tapestry/autodiff/checkpointed_scan.hpp>
-#include <tapestry/autodiff/compressed_array_jacobian.hpp>
 #include <tapestry/autodiff/compressed_jacobian.hpp>
 #include <tapestry/autodiff/derivatives.hpp>
 #include <tapestry/autodiff/dual.hpp>

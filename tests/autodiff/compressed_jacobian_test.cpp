@@ -1,8 +1,8 @@
 #include <tapestry/autodiff/compressed_jacobian.hpp>
 
 #include <tapestry/autodiff.hpp>
+#include <tapestry/autodiff/array_derivatives.hpp>
 #include <tapestry/autodiff/checkpoint.hpp>
-#include <tapestry/autodiff/compressed_array_jacobian.hpp>
 #include <tapestry/autodiff/record.hpp>
 
 #include "../support/active_tape.hpp"

@@ -1,4 +1,4 @@
-#include <tapestry/autodiff/compressed_array_jacobian.hpp>
+#include <tapestry/autodiff/array_derivatives.hpp>
 #include <tapestry/autodiff/record.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 

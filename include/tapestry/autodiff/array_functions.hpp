@@ -5,4 +5,5 @@
 #include <tapestry/autodiff/detail/arrays/extreme.hpp>
 #include <tapestry/autodiff/detail/arrays/join.hpp>
 #include <tapestry/autodiff/detail/arrays/product.hpp>
+#include <tapestry/autodiff/detail/arrays/second_order.hpp>
 #include <tapestry/autodiff/detail/arrays/view.hpp>

@@ -206,10 +206,16 @@ class ArrayVariable {
   detail::Link link_;
 };
 
-/// A passive variable of the same value, which stops the gradient.
+/// A passive variable of the same value, which stops the gradient; of duals a constant.
 template <class T, std::size_t Rank>
 [[nodiscard]] ArrayVariable<T, Rank> passive(const ArrayVariable<T, Rank>& array) {
-  return {array.shared_value(), nullptr, detail::Link{}};
+  if constexpr (DualNumber<T>) {
+    Array<T, Rank> constants = array.value();
+    for (T& element : constants.storage()) element = T(element.value());
+    return constants;
+  } else {
+    return {array.shared_value(), nullptr, detail::Link{}};
+  }
 }
 
 }  // namespace tapestry

@@ -189,3 +189,5 @@ void record_mark(Callback passed) {
 }
 
 }  // namespace tapestry
+
+#include <tapestry/autodiff/detail/arrays/record_tangent.hpp>  // needs all of this

@@ -1,5 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/compiled.hpp>
 
 namespace tapestry::image {
@@ -40,6 +40,10 @@ template <std::floating_point T>
 /// \throws ShapeError as batch_of()
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> batch_of(const std::vector<ArrayVariable<T, 3>>& pictures);
+template <DualNumber D>
+[[nodiscard]] ArrayVariable<D, 4> batch_of(const std::vector<ArrayVariable<D, 3>>& pictures) {
+  return record_linear([](const auto& x) { return batch_of(x); }, pictures);
+}
 
 /// Pictures [N, H, W, C] channel by channel, [N, C, H, W]: the order of other libraries' networks. Tapestry's
 /// networks take [N, H, W, C].

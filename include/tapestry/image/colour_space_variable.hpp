@@ -32,6 +32,33 @@ template <std::floating_point T, std::size_t Rank>
   return record_array(colours, pullback, light);
 }
 
+template <DualNumber D, std::size_t Rank>
+[[nodiscard]] ArrayVariable<D, Rank> linearised(const ArrayVariable<D, Rank>& colours) {
+  const auto slope = []<class T>(T x) { return linearised_slope(x, linearised(x)); };
+  const auto curvature = []<class T>(T x) {  // of the power c·(x + 0.055)^2.4
+    return x <= T(detail::crossing_encoded) ? T(0)
+                                            : T(1.4) * linearised_slope(x, linearised(x)) / (x + T(0.055));
+  };
+  return record_tangent(
+      [=](const auto& x, const auto& along) {
+        return std::pair(linearised(x), tangent_of_elements(x, along, slope, curvature));
+      },
+      colours);
+}
+
+template <DualNumber D, std::size_t Rank>
+[[nodiscard]] ArrayVariable<D, Rank> encoded(const ArrayVariable<D, Rank>& light) {
+  const auto slope = []<class T>(T x) { return encoded_slope(x, encoded(x)); };
+  const auto curvature = []<class T>(T x) {  // of the power c·x^(1/2.4)
+    return x <= T(detail::crossing_linear) ? T(0) : (1 / T(2.4) - 1) * encoded_slope(x, encoded(x)) / x;
+  };
+  return record_tangent(
+      [=](const auto& x, const auto& along) {
+        return std::pair(encoded(x), tangent_of_elements(x, along, slope, curvature));
+      },
+      light);
+}
+
 // Texels and pictures; arrays of other ranks are compiled where they are used.
 /// \cond
 extern template ArrayVariable<float, 2> linearised<float, 2>(const ArrayVariable<float, 2>& colours);
@@ -45,7 +72,7 @@ extern template ArrayVariable<double, 3> encoded<double, 3>(const ArrayVariable<
 /// \endcond
 
 /// Encoded colours converted to a space, on the tape.
-template <std::floating_point T, std::size_t Rank>
+template <Scalar T, std::size_t Rank>
 [[nodiscard]] ArrayVariable<T, Rank> in_space(ColourSpace space, ArrayVariable<T, Rank> colours) {
   return space == ColourSpace::linear ? linearised(colours) : colours;
 }

@@ -22,7 +22,7 @@ template <std::floating_point T>
 }
 
 /// crop() of a picture on the tape; errors as there.
-template <std::floating_point T>
+template <Scalar T>
 [[nodiscard]] ArrayVariable<T, 3> crop(const ArrayVariable<T, 3>& picture, const PixelWindow& window) {
   require_window("crop", window, picture.shape()[0], picture.shape()[1]);
   return slice(picture, {Range{window.top, window.top + window.height},

@@ -116,11 +116,17 @@ template <std::floating_point T>
   return record_array(fitted(picture.value(), height, width, fit), pullback, picture);
 }
 
+template <DualNumber D>
+[[nodiscard]] ArrayVariable<D, 3> fitted(const ArrayVariable<D, 3>& picture, std::size_t height,
+                                         std::size_t width, const Fit& fit) {
+  return record_affine([=](const auto& x) { return fitted(x, height, width, fit); }, picture);
+}
+
 /// letterboxed() of a picture on the tape; errors as there.
 /// \param margin  the value beside the picture, a colour in [0, 1]
-template <std::floating_point T>
+template <Scalar T>
 [[nodiscard]] ArrayVariable<T, 3> letterboxed(const ArrayVariable<T, 3>& picture, std::size_t height,
-                                              std::size_t width, T margin) {
+                                              std::size_t width, tapestry::detail::Base<T> margin) {
   return fitted(picture, height, width, {FitKind::letterbox, static_cast<double>(margin)});
 }
 

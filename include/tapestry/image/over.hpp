@@ -1,7 +1,7 @@
 #pragma once
-#include <tapestry/autodiff/array_variable.hpp>
+#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/core/compiled.hpp>
-#include <tapestry/image/colour_space.hpp>
+#include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/pixel_window.hpp>
 
 /// A picture that is multiplied by its coverage, laid over a background of the same or a larger size:
@@ -139,6 +139,23 @@ template <std::floating_point T>
                                        const ArrayVariable<T, 3>& background, std::size_t top = 0,
                                        std::size_t left = 0, ColourSpace space = ColourSpace::encoded);
 
+/// Of duals: in linear space the sum of light, which is then encoded.
+template <DualNumber D>
+[[nodiscard]] ArrayVariable<D, 3> over(const ArrayVariable<D, 3>& premultiplied,
+                                       const ArrayVariable<D, 2>& coverage,
+                                       const ArrayVariable<D, 3>& background, std::size_t top = 0,
+                                       std::size_t left = 0, ColourSpace space = ColourSpace::encoded) {
+  if (space == ColourSpace::linear)
+    return encoded(over(premultiplied, coverage, linearised(background), top, left));
+  const auto blend = [=]<class P, class C>(const P& p, const C& c, const P& b, const P& p_along,
+                                           const C& c_along, const P& b_along) {
+    const P none(zeros<typename P::value_type, 3>(p.shape()));
+    return std::pair(over(p, c, b, top, left),
+                     P(over(p_along, c, b_along, top, left) + over(none, c_along, b, top, left) - b));
+  };
+  return record_tangent(blend, premultiplied, coverage, background);
+}
+
 /// Background and coverage to lay a picture over; both are constant. Made of plain arrays, or of a
 /// photograph and a rendered view:
 ///
@@ -181,5 +198,17 @@ template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> over(const std::vector<ArrayVariable<T, 3>>& premultiplied,
                                        const std::vector<Backdrop<T>>& backdrops,
                                        ColourSpace space = ColourSpace::encoded);
+template <DualNumber D>
+[[nodiscard]] ArrayVariable<D, 4> over(const std::vector<ArrayVariable<D, 3>>& premultiplied,
+                                       const std::vector<Backdrop<typename D::value_type>>& backdrops,
+                                       ColourSpace space = ColourSpace::encoded) {
+  using T = typename D::value_type;
+  std::vector<Backdrop<T>> behind = backdrops;
+  for (auto& [background, coverage, top, left] : behind)
+    if (space == ColourSpace::linear)
+      background = std::make_shared<const Array<T, 3>>(linearised(*background));
+  const auto sum = record_affine([=](const auto& p) { return over(p, behind); }, premultiplied);
+  return space == ColourSpace::linear ? encoded(sum) : sum;
+}
 
 }  // namespace tapestry::image

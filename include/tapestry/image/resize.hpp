@@ -40,4 +40,10 @@ template <std::floating_point T>
   return record_array(resize_bilinear(picture.value(), height, width), pullback, picture);
 }
 
+template <DualNumber D>
+[[nodiscard]] ArrayVariable<D, 3> resize_bilinear(const ArrayVariable<D, 3>& picture, std::size_t height,
+                                                  std::size_t width) {
+  return record_linear([=](const auto& x) { return resize_bilinear(x, height, width); }, picture);
+}
+
 }  // namespace tapestry::image

@@ -1,6 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/autodiff/variable.hpp>
+#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/core/compiled.hpp>
 
 namespace tapestry::loss {
@@ -48,5 +47,27 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] Variable<T> cross_entropy(const ArrayVariable<T, 4>& logits,
                                         std::shared_ptr<const Array<T, 4>> wanted);
+
+template <DualNumber D>
+[[nodiscard]] Variable<D> binary_cross_entropy(
+    const ArrayVariable<D, 4>& logits,
+    const std::shared_ptr<const Array<typename D::value_type, 4>>& wanted) {
+  const auto tangent = [=](const auto& x, const auto& along) {
+    return std::pair(binary_cross_entropy(x, wanted), mean((sigmoid(x) - *wanted) * along));
+  };
+  return record_tangent(tangent, logits);
+}
+template <DualNumber D>
+[[nodiscard]] Variable<D> cross_entropy(
+    const ArrayVariable<D, 4>& logits,
+    const std::shared_ptr<const Array<typename D::value_type, 4>>& wanted) {
+  using T = typename D::value_type;
+  const auto classes = static_cast<T>(logits.shape()[1]);
+  const auto tangent = [=](const auto& x, const auto& along) {
+    return std::pair(cross_entropy(x, wanted),
+                     Variable<T>(classes * mean((softmax_along(x, 1) - *wanted) * along)));
+  };
+  return record_tangent(tangent, logits);
+}
 
 }  // namespace tapestry::loss

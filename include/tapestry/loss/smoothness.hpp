@@ -1,6 +1,6 @@
 #pragma once
 #include <numeric>
-#include <tapestry/autodiff/record.hpp>
+#include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/core/array.hpp>  // Image, Mask
 #include <tapestry/core/error.hpp>  // require_shape, ShapeError
 #include <tapestry/image/pixel_window.hpp>
@@ -219,6 +219,12 @@ template <std::floating_point T>
   return record_scalar(static_cast<T>(total), pullback, pictures);
 }
 
+template <DualNumber D>
+[[nodiscard]] Variable<D> smoothness(const ArrayVariable<D, 4>& pictures,
+                                     const std::vector<PlacedMask<typename D::value_type>>& masks) {
+  return record_quadratic([=](const auto& at) { return smoothness(at, masks); }, pictures);
+}
+
 /// atlas_smoothness() of a texture on the active tape; its pullback is atlas_smoothness_adjoint().
 ///
 /// \param texels  [H·W, channel]
@@ -234,6 +240,12 @@ template <std::floating_point T>
     atlas_smoothness_adjoint(*values, *of_texels, adjoint, *texels_adjoint);
   };
   return record_scalar(value, pullback, texels);
+}
+
+template <DualNumber D>
+[[nodiscard]] Variable<D> atlas_smoothness(
+    const ArrayVariable<D, 2>& texels, const std::shared_ptr<const Array<typename D::value_type, 2>>& used) {
+  return record_quadratic([=](const auto& at) { return atlas_smoothness(at, used); }, texels);
 }
 
 }  // namespace tapestry::loss

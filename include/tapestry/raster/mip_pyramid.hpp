@@ -1,7 +1,6 @@
 #pragma once
-#include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/core/parallel.hpp>
-#include <tapestry/image/colour_space.hpp>
+#include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/raster/detail/mip_levels.hpp>
 
 namespace tapestry::raster {
@@ -260,5 +259,15 @@ template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> stored_texels(const std::shared_ptr<const MipPyramid>& pyramid,
                                                 const ArrayVariable<T, 2>& texels,
                                                 image::ColourSpace space = image::ColourSpace::encoded);
+
+/// Of duals: linear colours by their pyramid, which is a linear map.
+template <DualNumber D>
+[[nodiscard]] ArrayVariable<D, 2> stored_texels(const std::shared_ptr<const MipPyramid>& pyramid,
+                                                const ArrayVariable<D, 2>& texels,
+                                                image::ColourSpace space = image::ColourSpace::encoded) {
+  const auto colours = image::in_space(space, texels);
+  if (!pyramid) return colours;
+  return record_linear([pyramid](const auto& at) { return stored_texels(pyramid, at); }, colours);
+}
 
 }  // namespace tapestry::raster

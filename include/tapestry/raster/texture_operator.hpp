@@ -1,4 +1,5 @@
 #pragma once
+#include <tapestry/autodiff/record.hpp>
 #include <tapestry/raster/detail/operator_band.hpp>
 
 namespace tapestry::raster {
@@ -217,6 +218,11 @@ template <std::floating_point T>
 
 template <std::floating_point T>
 void render(const TextureOperator<T>&&, const ArrayVariable<T, 2>&) = delete;  // it would be gone
+template <DualNumber D>
+[[nodiscard]] ArrayVariable<D, 3> render(const TextureOperator<typename D::value_type>& picture,
+                                         const ArrayVariable<D, 2>& texels) {
+  return record_affine([&picture](const auto& at) { return render(picture, at); }, texels);
+}
 
 /// An operator over those texels alone that it reads: texel_count is their number. A step with it costs the
 /// same whatever the texture's size.
@@ -274,5 +280,12 @@ template <std::floating_point T>
 [[nodiscard]] std::vector<ArrayVariable<T, 3>> render(
     const std::vector<std::shared_ptr<const CompactOperator<T>>>& pictures,
     const ArrayVariable<T, 2>& texels);
+
+template <DualNumber D>
+[[nodiscard]] std::vector<ArrayVariable<D, 3>> render(
+    const std::vector<std::shared_ptr<const CompactOperator<typename D::value_type>>>& pictures,
+    const ArrayVariable<D, 2>& texels) {
+  return record_affine([pictures](const auto& at) { return render(pictures, at); }, texels);
+}
 
 }  // namespace tapestry::raster

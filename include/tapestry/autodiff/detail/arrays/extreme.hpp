@@ -55,7 +55,7 @@ template <DifferentiableArray X>
 [[nodiscard]] auto mean_along(const X& x, std::size_t axis) {
   using T = detail::ArrayScalarType<X>;
   const auto total = sum_along(x, axis);
-  return ArrayVariable<T, X::rank - 1>(total / static_cast<T>(x.shape()[axis]));
+  return ArrayVariable<T, X::rank - 1>(total / static_cast<detail::Base<T>>(x.shape()[axis]));
 }
 
 }  // namespace tapestry

@@ -118,7 +118,7 @@ void add_transposed_product(const Array<T, 2>& a, const Array<T, 2>& b, Array<T,
   add_product<T>({a.data(), 1, a.shape(1), b.data(), c.data(), a.shape(1), a.shape(0), b.shape(1)});
 }
 
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> matmul_of(const ArrayVariable<T, 2>& a, const ArrayVariable<T, 2>& b) {
   require_shape("matmul", "right operand", b.value(), {a.shape()[1], b.shape()[1]});
   Array<T, 2> value = zeros<T, 2>({a.shape()[0], b.shape()[1]});
@@ -132,7 +132,7 @@ template <class T>
   return record_array(std::move(value), pullback, a, b);
 }
 
-template <class T>
+template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 2> affine_of(const ArrayVariable<T, 2>& x, const ArrayVariable<T, 2>& weight,
                                             const ArrayVariable<T, 1>& bias) {
   require_shape("affine", "weight", weight.value(), {weight.shape()[0], x.shape()[1]});
@@ -151,6 +151,26 @@ template <class T>
       for (std::size_t o = 0; o < value_adjoint.shape(1); ++o) (*bias_adjoint)(o) += value_adjoint(n, o);
   };
   return record_array(std::move(value), pullback, x, weight, bias);
+}
+
+/// Products on tapes of duals, by products of the numbers beneath.
+template <DualNumber T>
+[[nodiscard]] ArrayVariable<T, 2> matmul_of(const ArrayVariable<T, 2>& a, const ArrayVariable<T, 2>& b) {
+  const auto product = []<class A>(const A& x, const A& y, const A& x_tangent, const A& y_tangent) {
+    return std::pair(matmul_of(x, y), A(matmul_of(x_tangent, y) + matmul_of(x, y_tangent)));
+  };
+  return record_tangent(product, a, b);
+}
+template <DualNumber T>
+[[nodiscard]] ArrayVariable<T, 2> affine_of(const ArrayVariable<T, 2>& x, const ArrayVariable<T, 2>& weight,
+                                            const ArrayVariable<T, 1>& bias) {
+  const auto layer = []<class A, class B>(const A& at, const A& w, const B& b, const A& at_tangent,
+                                          const A& w_tangent, const B& b_tangent) {
+    const B none(zeros<typename B::value_type, 1>(b.shape()));
+    return std::pair(affine_of(at, w, b),
+                     A(affine_of(at_tangent, w, b_tangent) + affine_of(at, w_tangent, none)));
+  };
+  return record_tangent(layer, x, weight, bias);
 }
 }  // namespace detail
 

@@ -13,7 +13,7 @@ template <DifferentiableArray X>
 template <DifferentiableArray X>
 [[nodiscard]] auto mean(const X& x) {
   using T = detail::ArrayScalarType<X>;
-  return Variable<T>(sum(x) / static_cast<T>(detail::count_of(x.shape())));
+  return Variable<T>(sum(x) / static_cast<detail::Base<T>>(detail::count_of(x.shape())));
 }
 
 /// Σ x·y over all elements, added in double. \throws ShapeError if extents do not go together
@@ -154,14 +154,14 @@ template <DifferentiableArray X>
   const ArrayVariable<T, rank> variable(x);
   const auto layout = detail::layout_around("sum_along", variable.shape(), axis);
   Array<T, rank - 1> value(detail::without_axis(variable.shape(), axis));
-  std::vector<double> sums(layout.inner);
+  std::vector<detail::Widened<T>> sums(layout.inner);
   for (std::size_t o = 0; o < layout.outer; ++o) {
-    std::fill(sums.begin(), sums.end(), 0.0);
+    std::fill(sums.begin(), sums.end(), detail::Widened<T>(0));
     const T* from = variable.value().data() + o * layout.count * layout.inner;
     for (std::size_t i = 0; i < layout.count; ++i)
-      for (std::size_t k = 0; k < layout.inner; ++k) sums[k] += static_cast<double>(*from++);
+      for (std::size_t k = 0; k < layout.inner; ++k) sums[k] += detail::widened(*from++);
     for (std::size_t k = 0; k < layout.inner; ++k)
-      value.data()[o * layout.inner + k] = static_cast<T>(sums[k]);
+      value.data()[o * layout.inner + k] = detail::narrowed<T>(sums[k]);
   }
   const auto pullback = [layout](const Array<T, rank - 1>& value_adjoint, Array<T, rank>* x_adjoint) {
     T* to = x_adjoint->data();
@@ -169,7 +169,7 @@ template <DifferentiableArray X>
       for (std::size_t i = 0; i < layout.count; ++i)
         for (std::size_t k = 0; k < layout.inner; ++k) *to++ += value_adjoint.data()[o * layout.inner + k];
   };
-  return record_array(std::move(value), pullback, variable);
+  return record_array(std::move(value), CarriesTangents{pullback}, variable);
 }
 
 /// log Σ exp along one axis, which is dropped; each line as logsumexp().
@@ -232,7 +232,7 @@ template <DifferentiableArray X>
   for (std::size_t i = 0; i < variable.size(); ++i)
     largest = std::max(largest, std::abs(static_cast<double>(elements[i])));
   const double scale = largest == 0 || std::isinf(largest) ? 1 : std::ldexp(1.0, std::ilogb(largest));
-  detail::CompensatedSum sum;
+  detail::CompensatedSum<> sum;
   sum.add(variable.size(), [=](std::size_t i) {
     const double part = static_cast<double>(elements[i]) / scale;
     return part * part;

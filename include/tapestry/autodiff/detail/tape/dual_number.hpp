@@ -90,6 +90,26 @@ template <class T, std::size_t N, class Tag>
 
 namespace detail {
 
+/// A dual with each of its numbers changed by f.
+template <class To, DualNumber D, class F>
+[[nodiscard]] constexpr To changed(const D& x, F f) {
+  auto tangents = To().tangents();
+  for (std::size_t k = 0; k < D::direction_count; ++k) tangents[k] = f(x.tangent(k));
+  return {f(x.value()), tangents};
+}
+template <class T, std::size_t N, class Tag>
+[[nodiscard]] constexpr auto widened(const Dual<T, N, Tag>& x) {
+  using Wide = Dual<decltype(widened(T())), N, Tag>;
+  return changed<Wide>(x, [](const T& part) { return widened(part); });
+}
+template <DualNumber T, class Wide>
+[[nodiscard]] constexpr T narrowed(const Wide& x) {
+  return changed<T>(x, [](const auto& part) { return narrowed<typename T::value_type>(part); });
+}
+/// The scalar of sums of T: numbers are doubles.
+template <class T>
+using Widened = decltype(widened(T()));
+
 /// Counts of a thread's operations on duals at kinks, ties, and infinite slopes: where slopes follow from a
 /// rule, and slopes of slopes with them.
 struct Kinks {

@@ -52,6 +52,16 @@ struct BaseOf<Dual<T, N, Tag>> {
 template <class T>
 using Base = typename BaseOf<std::remove_cvref_t<T>>::type;
 
+/// The same number in double, for sums.
+template <std::floating_point T>
+[[nodiscard]] constexpr double widened(T x) {
+  return static_cast<double>(x);
+}
+template <std::floating_point T>
+[[nodiscard]] constexpr T narrowed(double x) {
+  return static_cast<T>(x);
+}
+
 /// Whether all numbers of a scalar are zero: its value, and the derivatives that it carries.
 template <std::floating_point T>
 [[nodiscard]] constexpr bool is_zero(T x) {

@@ -75,14 +75,14 @@ class Cursor<ScalarNode<T>> {
   Cursor(const Cursor&) = delete;
   Cursor& operator=(const Cursor&) = delete;
   ~Cursor() {
-    if (adjoint_ != nullptr) *adjoint_ += static_cast<T>(total_);
+    if (adjoint_ != nullptr) *adjoint_ += narrowed<T>(total_);
   }
   void seek(const auto&) {}
   void forward(std::size_t, std::size_t, std::size_t) {}
   void backward(std::size_t, std::size_t count) {
     if (adjoint_ == nullptr) return;
-    double sum = 0;
-    for (std::size_t i = 0; i < count; ++i) sum += static_cast<double>(back_[i]);
+    Widened<T> sum = 0;
+    for (std::size_t i = 0; i < count; ++i) sum += widened(back_[i]);
     total_ += sum;
   }
 
@@ -101,7 +101,7 @@ class Cursor<ScalarNode<T>> {
  private:
   T value_;
   T* adjoint_;
-  double total_ = 0;
+  Widened<T> total_ = 0;
   alignas(64) T back_[array_block];
 };
 
@@ -174,9 +174,9 @@ class Cursor<ArrayView<T, Whole, Rank>> : public ViewCursor<T, Rank> {
     if (step == 1) {
       for_block(count, [=](std::size_t i) { to[i] += back[i]; });
     } else if (step == 0) {
-      double sum = 0;
-      for (std::size_t i = 0; i < count; ++i) sum += static_cast<double>(back[i]);
-      *to += static_cast<T>(sum);
+      Widened<T> sum = 0;
+      for (std::size_t i = 0; i < count; ++i) sum += widened(back[i]);
+      *to += narrowed<T>(sum);
     } else {
       for (std::size_t i = 0; i < count; ++i) to[static_cast<std::ptrdiff_t>(i) * step] += back[i];
     }

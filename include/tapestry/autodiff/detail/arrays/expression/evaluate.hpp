@@ -7,7 +7,8 @@ namespace detail {
 
 /// A sum in double whose error does not grow with the number of terms: blocks in eight lanes, the blocks'
 /// sums compensated (Neumaier), always in the same order. Relative error at most about 70 ε · Σ|term| / |Σ
-/// term|.
+/// term|. Sums of duals are not compensated.
+template <class Sum = double>
 class CompensatedSum {
  public:
   /// Adds term(0) … term(count − 1); up to 512 terms are one block.
@@ -16,26 +17,27 @@ class CompensatedSum {
     for (std::size_t first = 0; first < count; first += 512)
       add_block(first, std::min(count, first + 512), term);
   }
-  [[nodiscard]] double total() const { return total_ + lost_; }
+  [[nodiscard]] Sum total() const { return total_ + lost_; }
 
  private:
   template <class Term>
   void add_block(std::size_t first, std::size_t last, Term term) {
-    double lanes[8] = {};
+    Sum lanes[8] = {};
     std::size_t i = first;
     for (; i + 8 <= last; i += 8)
-      for (std::size_t lane = 0; lane < 8; ++lane) lanes[lane] += static_cast<double>(term(i + lane));
-    for (; i < last; ++i) lanes[0] += static_cast<double>(term(i));
-    double block = 0;
-    for (const double lane : lanes) block += lane;
-    const double sum = total_ + block;
-    if (std::isfinite(sum))
-      lost_ += std::abs(total_) >= std::abs(block) ? (total_ - sum) + block : (block - sum) + total_;
+      for (std::size_t lane = 0; lane < 8; ++lane) lanes[lane] += widened(term(i + lane));
+    for (; i < last; ++i) lanes[0] += widened(term(i));
+    Sum block = 0;
+    for (const Sum& lane : lanes) block += lane;
+    const Sum sum = total_ + block;
+    if constexpr (std::floating_point<Sum>)
+      if (std::isfinite(sum))
+        lost_ += std::abs(total_) >= std::abs(block) ? (total_ - sum) + block : (block - sum) + total_;
     total_ = sum;
   }
 
-  double total_ = 0;
-  double lost_ = 0;
+  Sum total_ = 0;
+  Sum lost_ = 0;
 };
 
 template <ArrayExpression E>
@@ -129,7 +131,7 @@ template <ArrayExpression E>
 [[nodiscard]] Variable<typename E::ArrayScalar> evaluate_sum(const E& node) {
   using T = typename E::ArrayScalar;
   const auto kept = make_kept(node, E::kept_count * count_of(node.shape()));
-  CompensatedSum sum;
+  CompensatedSum<Widened<T>> sum;
   T block[array_block];
   run_forward(node, nullptr, kept_data(kept), [&](const auto& reader, std::size_t, std::size_t count) {
     for_block(count, StoreValue<std::remove_cvref_t<decltype(reader)>, T>{reader, block});
@@ -143,7 +145,7 @@ template <ArrayExpression E>
   };
   return std::apply(
       [&](const auto&... leaves) {
-        return record_scalar(static_cast<T>(sum.total()), CarriesTangents{pullback}, leaves...);
+        return record_scalar(narrowed<T>(sum.total()), CarriesTangents{pullback}, leaves...);
       },
       node.leaves());
 }

@@ -21,6 +21,24 @@ template <class Operation, class T>
   }
 }
 
+/// Whether the slope of an operation on T is slope_of(), for partial() would cancel in duals.
+template <class Operation, class T>
+inline constexpr bool has_curvature = false;
+template <class Operation, DualNumber T>
+inline constexpr bool has_curvature<Operation, T> = requires(typename T::value_type x) {
+  Operation::curvature(x, x, x);
+};
+
+/// Slope of an operation, which may have settings, given x and its value there.
+template <class Operation, class T>
+[[nodiscard, gnu::always_inline]] inline T slope_by(const Operation& operation, const T& x, const T& value) {
+  if constexpr (has_curvature<Operation, T>) {
+    return slope_of<Operation>(x, value);
+  } else {
+    return T(operation.partial(x, value));
+  }
+}
+
 template <class Operation, class XReader, class T, bool x_may_be_active>
 struct UnaryReader {
   [[no_unique_address]] Operation operation;
@@ -36,7 +54,8 @@ struct UnaryReader {
         : of_x(reader.x, i), value(known) {}
   };
   [[gnu::always_inline]] void push(const Value& v, std::size_t i, T g) const {
-    if constexpr (x_may_be_active) x.push(v.of_x, i, chain(g, T(operation.partial(v.of_x.value, v.value))));
+    if constexpr (x_may_be_active)
+      x.push(v.of_x, i, chain(g, slope_by<Operation, T>(operation, v.of_x.value, v.value)));
   }
 };
 
