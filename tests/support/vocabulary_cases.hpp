@@ -128,6 +128,24 @@ inline void add_convolution_cases(std::vector<VocabularyCase>& all) {
                       {"activation_a", numbers.first},
                       {"activation_b", numbers.second},
                       {"adds_first", std::int64_t(addend == 2)}}});
+  all.push_back({"FusedConv",
+                 {drawn({1, 2, 3, 3}), drawn({1, 2, 3, 3}), drawn({2, 2, 3, 3})},
+                 {{"pads", pads}, {"signs", 0.1}}});
+}
+
+/// Operators together with their derivatives.
+inline void add_tangent_cases(std::vector<VocabularyCase>& all) {
+  const auto of = [](const char* name) {
+    return std::map<std::string, nn::Attribute>{{"of", std::string(name)}};
+  };
+  const auto picture = drawn({1, 2, 3, 4});
+  for (const char* name : {"Exp", "LeakyRelu", "Mish", "Relu", "Sigmoid", "Swish"})
+    all.push_back({"Tangent", {picture, picture}, of(name), 17, 2});
+  all.push_back({"Tangent", {drawn({2, 3}, 0.5, 2), drawn({2, 3})}, of("Sqrt"), 17, 2});
+  all.push_back({"Tangent", {picture, picture, setting({1}, {1})}, of("ReduceMax"), 18, 2});
+  all.push_back({"TangentPool", {picture, picture}, of("MaxPool"), 17, 2});
+  all.back().attributes["kernel_shape"] = Ints{2, 2};
+  all.push_back({"TangentPool", {picture, picture}, of("GlobalMaxPool"), 17, 2});
 }
 
 inline void add_product_cases(std::vector<VocabularyCase>& all) {
@@ -287,6 +305,7 @@ inline std::vector<VocabularyCase> vocabulary_cases() {
   std::vector<VocabularyCase> all;
   detail::add_elementwise_cases(all);
   detail::add_convolution_cases(all);
+  detail::add_tangent_cases(all);
   detail::add_product_cases(all);
   detail::add_normalization_cases(all);
   detail::add_reduction_cases(all);

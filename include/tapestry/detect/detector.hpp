@@ -79,10 +79,15 @@ class Detector {
 
   void set_engine(nn::Engine engine) {
     network_.set_engine(engine);
+    tangents_->network.reset();
     if (stages_) stages_->set_engine(engine);
   }
 
   [[nodiscard]] const nn::Network<T>& network() const { return network_; }
+  /// network() with its derivative along a direction, for second order: see nn::Network::with_tangents(). It
+  /// is made at the first call, and anew after set_weights() and set_engine().
+  /// \throws DomainError as there, and if extents depend on the picture
+  [[nodiscard]] const nn::Network<T>& tangents() const;
 
   /// Values of the constants that training changes, one behind the other; see nn::Network::weight_blocks().
   [[nodiscard]] Array<T, 1> weights() const;
@@ -259,7 +264,13 @@ class Detector {
   std::unique_ptr<detail::OutputClaim> claim_;  ///< null if nothing is stated; else the output is the last
   std::unique_ptr<nn::StagedNetwork<T>> stages_{};  ///< if extents depend on the picture; then network_ only
   nn::Network<T> network_;                          ///< has its input
-  std::vector<nn::Shape> shapes_;                   ///< of the outputs
+  /// network_.with_tangents(), once it is wanted.
+  struct Tangents {
+    std::mutex mutex{};
+    std::unique_ptr<nn::Network<T>> network{};
+  };
+  std::unique_ptr<Tangents> tangents_ = std::make_unique<Tangents>();
+  std::vector<nn::Shape> shapes_;  ///< of the outputs
   std::size_t height_ = 0, width_ = 0;
   ExportedHeads heads_;
   bool trains_together_ = false;

@@ -10,6 +10,7 @@
 #include <tapestry/nn/implementation/network/program_builder.hpp>
 #include <tapestry/nn/implementation/network/program_parts.hpp>
 #include <tapestry/nn/implementation/network/staged_network.hpp>
+#include <tapestry/nn/implementation/network/tangent_network.hpp>
 #include <tapestry/nn/implementation/network_variable.hpp>
 #include <tapestry/nn/implementation/vector_kernels.hpp>
 /// \cond

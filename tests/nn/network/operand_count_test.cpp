@@ -26,13 +26,13 @@ const std::vector<std::pair<Counts, std::set<std::string>>> counts = {
       "PRelu", "Pow", "Sub", "Xor",
       // beside functions of two numbers
       "CastLike", "Compress", "CumSum", "Expand", "Gather", "GatherElements", "GatherND", "GridSample",
-      "InterleaveChannels", "MatMul", "RMSNormalization", "Reshape", "Tile", "TopK", "Unsqueeze",
-      "Upsample"}},
+      "InterleaveChannels", "MatMul", "RMSNormalization", "Reshape", "Tile", "TopK", "Unsqueeze", "Upsample",
+      "TangentPool"}},
     {{2, 3},
      {"Conv", "ConvTranspose", "Gemm", "LayerNormalization", "Pad",
       // of quantities, and losses
       "DequantizeLinear", "QuantizeLinear", "NegativeLogLikelihoodLoss", "SoftmaxCrossEntropyLoss"}},
-    {{2, 4}, {"ConvInteger", "MatMulInteger"}},
+    {{2, 4}, {"ConvInteger", "MatMulInteger", "Tangent"}},
     {{2, 5}, {"NonMaxSuppression"}},
     {{2, any}, {"Loop"}},
     {{3, 3},

@@ -31,12 +31,18 @@ class Network {
   ///         extents are open
   explicit Network(NetworkDescription description, const std::map<std::string, Shape>& shapes = {},
                    bool pictures_channels_last = false, bool simplifies = true)
-      : program_(build(std::move(description), input_shapes(description, shapes), pictures_channels_last,
-                       simplifies)),
-        use_(use_of(program_)),
-        input_count_(program_.inputs.size()) {
-    prepare();
-  }
+      : Network(build(std::move(description), input_shapes(description, shapes), pictures_channels_last,
+                      simplifies)) {}
+
+  /// A network of the same weights that also computes its derivative along a direction ẋ:
+  ///
+  ///   inputs (x …, ẋ …), outputs (y …, ẏ …)    y = f(x)    ẏ = J(x)·ẋ
+  ///
+  /// Its adjoint of seeds (a on y, b on ẏ) is x̄ = Jᵀa + D(Jᵀb)[ẋ], second order, and Jᵀb for ẋ. Every input
+  /// of floating-point numbers has a ẋ, and every output a ẏ, which is 0 where nothing depends on x.
+  ///
+  /// \throws DomainError naming an operator whose second order is not known
+  [[nodiscard]] Network with_tangents() const;
 
   /// Extents of all inputs; parameters and errors as in the constructor.
   [[nodiscard]] static std::map<std::string, Shape> input_shapes(const NetworkDescription& description,
@@ -111,6 +117,11 @@ class Network {
                const std::vector<T*>& outputs_gathered = {}) const;
 
  private:
+  explicit Network(Program<T> program)
+      : program_(std::move(program)), use_(use_of(program_)), input_count_(program_.inputs.size()) {
+    prepare();
+  }
+
   [[nodiscard]] static Program<T> build(NetworkDescription&& description,
                                         const std::map<std::string, Shape>& shapes,
                                         bool pictures_channels_last, bool simplifies);

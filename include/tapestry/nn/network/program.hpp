@@ -115,6 +115,8 @@ struct Program {
   std::vector<std::size_t> inputs{};
   std::vector<std::size_t> outputs{};
   std::vector<WeightBlock> weights{};
+  /// The nodes that it was made of, without those constants' values that it has as they are.
+  NetworkDescription description{};
 };
 
 /// Dependencies of a program's values, and how long each is needed.

@@ -42,6 +42,15 @@ Array<T, 1> Detector<T>::weights() const {
 template <std::floating_point T>
 void Detector<T>::set_weights(const Array<T, 1>& weights) {
   network_.set_weights({weights.data(), weights.size()});
+  tangents_->network.reset();
+}
+
+template <std::floating_point T>
+const nn::Network<T>& Detector<T>::tangents() const {
+  if (stages_) throw DomainError("Detector::tangents: the network's extents depend on the picture");
+  const std::lock_guard<std::mutex> lock(tangents_->mutex);
+  if (!tangents_->network) tangents_->network = std::make_unique<nn::Network<T>>(network_.with_tangents());
+  return *tangents_->network;
 }
 
 template <std::floating_point T>

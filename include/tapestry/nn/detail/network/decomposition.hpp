@@ -49,6 +49,13 @@ class Decomposer {
     push({node_.name, operation, std::move(inputs), {name}, std::move(attributes)});
     return name;
   }
+  /// Adds a node with results of these names, which are new ones where they are empty. Returns them.
+  Names add_all(const std::string& operation, Names inputs, Attributes attributes, Names outputs) {
+    for (std::string& output : outputs)
+      if (output.empty()) output = next_name();
+    push({node_.name, operation, std::move(inputs), outputs, std::move(attributes)});
+    return outputs;
+  }
   /// Adds a node that makes the result i, unless the node leaves that out.
   void finish(std::size_t i, const char* operation, Names inputs, Attributes attributes = {}) {
     if (i >= node_.outputs.size() || node_.outputs[i].empty()) return;

@@ -139,6 +139,10 @@ class Operation {
   /// Multiply-adds of a convolution; 0 of others.
   [[nodiscard]] virtual double product_count() const { return 0; }
 
+  /// to[i] = the element of `from`, of operand 0's extents, that forward() has chosen for result i; of
+  /// operations that choose elements of their operand.
+  virtual void apply_choice(const OperationState<T>& /*state*/, const T* /*from*/, T* /*to*/) const {}
+
   /// States that every pixel of the results depends on the same pixel of the operands alone.
   void set_pixelwise() { is_pixelwise_ = true; }
 

@@ -1,10 +1,63 @@
 #pragma once
 #include <tapestry/nn/detail/network/simplify/fold_into_convolution.hpp>
 #include <tapestry/nn/detail/network/simplify/merge_views.hpp>
+#include <tapestry/nn/detail/network/tangent_network.hpp>
 #include <tapestry/nn/implementation/network/fold.hpp>
 #include <tapestry/nn/network/network.hpp>
 
 namespace tapestry::nn {
+namespace detail {
+
+/// Constants that a program has as the description has them, by their names.
+template <std::floating_point T>
+[[nodiscard]] std::map<std::string, const ProgramValue*> plain_constants(const Program<T>& program) {
+  std::map<std::string, const ProgramValue*> all;
+  for (const ProgramValue& value : program.values)
+    if (value.is_constant() && !value.channels_last) all[value.name] = &value;
+  return all;
+}
+
+/// Frees the values of constants that the program has, and owns those of all others.
+template <std::floating_point T>
+void leave_values_to(const Program<T>& program, NetworkDescription& description) {
+  const auto known = plain_constants(program);
+  for (auto& [name, constant] : description.constants) {
+    if (known.contains(name) && constant.type == ElementType::floating) {
+      constant.values = std::vector<float>{};
+    } else if (const auto* const borrowed = std::get_if<BorrowedValues>(&constant.values)) {
+      std::vector<float> own;
+      append(*borrowed, own);
+      constant.values = std::move(own);
+    }
+  }
+}
+
+/// The program's description with all values.
+template <std::floating_point T>
+[[nodiscard]] NetworkDescription with_values_of(const Program<T>& program) {
+  NetworkDescription description = program.description;
+  for (const auto& [name, value] : plain_constants(program)) {
+    const auto found = description.constants.find(name);
+    if (found == description.constants.end() || found->second.type != ElementType::floating) continue;
+    const T* const first = program.constants.data() + value->constant;
+    found->second.values = std::vector<T>(first, first + size_of(value->shape));
+  }
+  return description;
+}
+
+/// Copies constants of the same names, so that set_weights() counts for both.
+template <std::floating_point T>
+void copy_constants(const Program<T>& from, Program<T>& to) {
+  const auto key = [](const ProgramValue& value) { return std::pair(value.name, value.channels_last); };
+  std::map<std::pair<std::string, bool>, std::size_t> places;
+  for (const ProgramValue& value : from.values)
+    if (value.is_constant()) places[key(value)] = value.constant;
+  for (const ProgramValue& value : to.values)
+    if (const auto found = places.find(key(value)); value.is_constant() && found != places.end())
+      std::copy_n(from.constants.data() + found->second, size_of(value.shape),
+                  to.constants.data() + value.constant);
+}
+}  // namespace detail
 
 template <std::floating_point T>
 void Network<T>::set_weights(std::span<const T> weights) {
@@ -51,14 +104,50 @@ void Network<T>::adjoint(NetworkPass<T>& pass, const std::vector<const T*>& outp
 template <std::floating_point T>
 Program<T> Network<T>::build(NetworkDescription&& description, const std::map<std::string, Shape>& shapes,
                              bool pictures_channels_last, bool simplifies) {
-  if (!simplifies) return ProgramBuilder<T>(description, shapes, pictures_channels_last).build();
+  const auto built = [&](NetworkDescription&& of) {
+    Program<T> program = ProgramBuilder<T>(of, shapes, pictures_channels_last).build();
+    detail::leave_values_to(program, of);
+    program.description = std::move(of);
+    return program;
+  };
+  if (!simplifies) return built(std::move(description));
   ProgramBuilder<T> finder(description, shapes, pictures_channels_last, false);
   static_cast<void>(finder.build());
   finder.expand(description);
   // Facts point to constants, which stay in place when this moves.
-  const NetworkDescription simple =
-      simplified(std::move(description), finder.facts(), std::is_same_v<T, float>);
-  return ProgramBuilder<T>(simple, shapes, pictures_channels_last).build();
+  return built(simplified(std::move(description), finder.facts(), std::is_same_v<T, float>));
+}
+
+template <std::floating_point T>
+Network<T> Network<T>::with_tangents() const {
+  NetworkDescription description = detail::with_values_of(program_);
+  std::map<std::string, Shape> shapes;
+  bool is_last = false;
+  for (const std::size_t input : program_.inputs) {
+    const ProgramValue& value = program_.values[input];
+    is_last = is_last || value.channels_last;
+    shapes[value.name] = value.channels_last ? logical_shape(value.shape) : value.shape;
+  }
+  const auto facts_of = [&](const NetworkDescription& of, auto use) {
+    ProgramBuilder<T> finder(of, shapes, is_last, false);
+    static_cast<void>(finder.build());
+    return use(finder);
+  };
+  NetworkDescription divided = facts_of(description, [&](ProgramBuilder<T>& finder) {
+    finder.expand(description);
+    return divided_for_tangents(description, finder.facts());
+  });
+  const NetworkDescription both = facts_of(divided, [&](const ProgramBuilder<T>& finder) {
+    return tangent_network(std::move(divided), finder.facts());
+  });
+  for (std::size_t i = 0, next = input_count(); next < both.inputs.size(); ++i)
+    if (both.inputs[i].type == ElementType::floating)
+      shapes[both.inputs[next++].name] = shapes.at(both.inputs[i].name);
+  Program<T> program = ProgramBuilder<T>(both, shapes, is_last).build();
+  detail::copy_constants(program_, program);
+  Network network(std::move(program));
+  network.set_engine(engine_);
+  return network;
 }
 
 template <std::floating_point T>

@@ -19,6 +19,7 @@
 #include <tapestry/nn/detail/network/operators/resize.hpp>
 #include <tapestry/nn/detail/network/operators/roi_align.hpp>
 #include <tapestry/nn/detail/network/operators/scatter.hpp>
+#include <tapestry/nn/detail/network/operators/tangent.hpp>
 #include <tapestry/nn/detail/network/operators/variadic.hpp>
 #include <tapestry/nn/network/program_builder.hpp>
 
@@ -62,6 +63,7 @@ const OperatorTable<T>& operators() {
     add_order_operators(all);
     add_non_max_suppression(all);
     add_non_zero(all);
+    add_tangent(all);
     return all;
   }();
   return table;

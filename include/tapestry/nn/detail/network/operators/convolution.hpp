@@ -15,6 +15,7 @@ struct ConvolutionPlan {
   std::size_t images = 1;
   std::size_t addend = no_operand;  ///< operand of the output's extents that is added to the result
   bool adds_first = false;          ///< adds before the activation, not after it
+  std::size_t signs = no_operand;   ///< operand of the output's extents whose signs a leaky activation takes
   std::size_t weight = 1;           ///< operands
   std::size_t bias = no_operand;
   bool has_computed_weights = false;
@@ -25,7 +26,8 @@ struct ConvolutionPlan {
   [[nodiscard]] std::size_t out_size(std::size_t batch) const { return batch * images * shape.out_size(); }
 };
 
-/// Conv: activation(Σ x · weights + bias [+ addend]) [+ addend].
+/// Conv: activation(Σ x · weights + bias [+ addend]) [+ addend]; or the sums, times `slope` where an operand
+/// is not above 0: the derivative of a leaky convolution along x.
 template <std::floating_point T>
 class Convolution : public Operation<T> {
  public:
@@ -61,6 +63,7 @@ class Convolution : public Operation<T> {
     const bool keeps_signs = call.keeps && activation.needs_signs();
     const bool fuses_signs = keeps_signs && fuses_bits<T>(plan_.shape);
     if (keeps_signs) call.state.bits.resize(block_count(plan_.out_size(call.batch), 8));
+    if (plan_.signs != plan_.no_operand) return convolve_by_signs(call, weights->convolution(), end);
     if (fuses_signs) end.positive = call.state.bits.data();  // whole bytes a pixel; others follow below
     if (!keeps_signs || fuses_signs) end.addend = addend;
     end.slope = activation.slope;
@@ -133,6 +136,7 @@ class Convolution : public Operation<T> {
     return {1U | std::uint64_t(1) << plan_.weight, 0};
   }
   [[nodiscard]] AdjointReads weight_adjoint_reads() const override { return {1, 0}; }
+  [[nodiscard]] bool is_differentiable(std::size_t input) const override { return input != plan_.signs; }
   [[nodiscard]] AdjointScale<T> adjoint_scale(const OperationState<T>& state) const override {
     if (has_addend() && !plan_.adds_first) return {};  // the addend's adjoint is not scaled
     if (plan_.activation.is_curve()) return {state.values.data()};
@@ -165,6 +169,20 @@ class Convolution : public Operation<T> {
     ConvolutionWeights<T> own_;
     const ConvolutionWeights<T>* weights_;
   };
+
+  void convolve_by_signs(const ForwardCall<T>& call, const PackedConvolution<T>& weights,
+                         Epilogue<T> end) const {
+    const std::size_t size = plan_.out_size(call.batch);
+    T* const out = call.outputs[0].values;
+    call.state.bits.resize(block_count(size, 8));
+    positive_bits(call.inputs[plan_.signs].values, call.state.bits.data(), size);
+    const bool fuses = fuses_bits<T>(plan_.shape);
+    if (fuses) end.gate = call.state.bits.data();
+    end.slope = fuses ? plan_.activation.slope : T(1);
+    convolve<T>(call.engine, weights, call.batch * plan_.images, call.inputs[0].values, end, out,
+                plan_.shape.out_size());
+    if (!fuses) leaky_adjoint(call.state.bits.data(), plan_.activation.slope, out, out, size);
+  }
 
   [[nodiscard]] bool has_bias() const { return plan_.bias != plan_.no_operand; }
   [[nodiscard]] bool has_addend() const { return plan_.addend != plan_.no_operand; }
@@ -253,7 +271,8 @@ template <std::floating_point T>
 }
 
 /// Conv, and FusedConv, which simplified() makes of a Conv and the nodes behind it. Operands of FusedConv: x,
-/// addend or nothing, weights, bias. Attributes: Conv's, FusedActivation's, and `adds_first`.
+/// addend or nothing, weights, bias. Attributes: Conv's, FusedActivation's, and `adds_first`; or `signs`, the
+/// slope where the operand in the addend's place is not above 0.
 template <std::floating_point T>
 void add_convolution(OperatorTable<T>& table) {
   table["Conv"] = {LayoutRule::channels_last,
@@ -272,7 +291,12 @@ void add_convolution(OperatorTable<T>& table) {
                           ConvolutionPlan<T> plan = detail::plan_convolution<T>(context, 2);
                           plan.activation = fused_activation<T>(context);
                           plan.adds_first = context.flag("adds_first", 0);
-                          if (context.has_input(1)) plan.addend = 1;
+                          if (context.has_attribute("signs")) {
+                            plan.activation.slope = static_cast<T>(context.number("signs", 0));
+                            plan.signs = 1;
+                          } else if (context.has_input(1)) {
+                            plan.addend = 1;
+                          }
                           auto convolution = std::make_unique<Convolution<T>>(plan);
                           if (context.has_input(1) && context.input(1).shape != convolution->result_shape())
                             throw ShapeError({"the addend is ", context.input(1).shape, ", expected ",

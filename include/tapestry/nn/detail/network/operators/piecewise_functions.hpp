@@ -50,6 +50,9 @@ struct HardSwish : VectorFunction<Reads::input> {
     const T raised = x <= -3 ? T(0) : inside;
     return x >= 3 ? T(1) : raised;
   }
+  [[gnu::always_inline]] static T curvature(T x, T, T) {
+    return x > -3 && x < 3 ? static_cast<T>(1.0 / 3) : T(0);
+  }
 };
 
 /// 0 below −2, x²/2 + x up to 0, x above; derivative 0 at −2 and 1 at 0. Tapestry's own operator, for
@@ -64,6 +67,7 @@ struct HardMish : VectorFunction<Reads::input> {
     const T inside = x <= -2 ? T(0) : x + 1;
     return x > 0 ? T(1) : inside;
   }
+  [[gnu::always_inline]] static T curvature(T x, T, T) { return x > -2 && x < 0 ? T(1) : T(0); }
 };
 
 /// x above 0, a · (e^x − 1) elsewhere, of derivative a at 0.
@@ -71,6 +75,7 @@ template <std::floating_point T>
 struct Elu : Function<Reads::input> {
   static T value(T x, T a, T) { return x > 0 ? x : a * std::expm1(x); }
   static T slope(T x, T a, T) { return x > 0 ? T(1) : a * std::exp(x); }
+  static T curvature(T x, T a, T) { return x > 0 ? T(0) : a * std::exp(x); }
 };
 
 /// b times Elu.
@@ -78,6 +83,7 @@ template <std::floating_point T>
 struct Selu : Function<Reads::input> {
   static T value(T x, T a, T b) { return b * Elu<T>::value(x, a, b); }
   static T slope(T x, T a, T b) { return b * Elu<T>::slope(x, a, b); }
+  static T curvature(T x, T a, T b) { return b * Elu<T>::curvature(x, a, b); }
 };
 
 /// x above 0, a · (e^(x/a) − 1) elsewhere, of derivative 1 at 0.
@@ -85,6 +91,7 @@ template <std::floating_point T>
 struct Celu : Function<Reads::input> {
   static T value(T x, T a, T) { return x > 0 ? x : a * std::expm1(x / a); }
   static T slope(T x, T a, T) { return x > 0 ? T(1) : std::exp(x / a); }
+  static T curvature(T x, T a, T) { return x > 0 ? T(0) : std::exp(x / a) / a; }
 };
 
 /// x/(1 + |x|), of derivative 1 at 0.
@@ -94,6 +101,10 @@ struct Softsign : Function<Reads::input> {
   static T slope(T x, T, T) {
     const T part = 1 / (1 + magnitude(x));
     return part * part;
+  }
+  static T curvature(T x, T, T) {
+    const T part = 1 / (1 + magnitude(x)), size = 2 * part * part * part;
+    return x > 0 ? -size : size;
   }
 };
 

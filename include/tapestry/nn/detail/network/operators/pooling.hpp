@@ -53,6 +53,15 @@ class MaxPool : public Operation<T> {
         }
     });
   }
+  void apply_choice(const OperationState<T>& state, const T* from, T* to) const override {
+    const std::size_t channels = plan_.channels;
+    parallel_for(plan_.images * plan_.rows.output, [&](std::size_t row) {
+      const std::size_t size = plan_.columns.output * channels;
+      const T* const picture = from + row / plan_.rows.output * plan_.in_size();
+      for (std::size_t i = row * size; i < (row + 1) * size; ++i)
+        to[i] = picture[static_cast<std::size_t>(state.choices.data()[i]) * channels + i % channels];
+    });
+  }
 
  private:
   [[nodiscard]] ElementIndex<T> position(std::size_t in) const {

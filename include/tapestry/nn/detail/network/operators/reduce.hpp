@@ -69,6 +69,13 @@ class Reduce : public Operation<T> {
     });
   }
 
+  void apply_choice(const OperationState<T>& state, const T* from, T* to) const override {
+    for (std::size_t i = 0; i < size_of(this->result_shape()); ++i) {
+      const auto place = state.choices.data()[i];
+      to[i] = place < 0 ? T(0) : from[place];
+    }
+  }
+
   void adjoint(const AdjointCall<T>& call) const override {
     const T* const dy = call.output_adjoints[0].values;
     if (kind_ == Reduction::max || kind_ == Reduction::min) {

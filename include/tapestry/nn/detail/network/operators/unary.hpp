@@ -15,6 +15,11 @@ struct UnaryLoops {
   void (*adjoint)(const T* kept, const T* dy, T* dx, std::size_t count, T a, T b) = nullptr;
   unary::Reads reads = unary::Reads::nothing;
   bool is_test = false;  ///< results are truths
+  /// y = f(x) and v = f'(x)·u.
+  void (*with_tangent)(const T* x, const T* u, T* y, T* v, std::size_t count, T a, T b) = nullptr;
+  /// dx = f'·dy + f''·u·dv and du = f'·dv, computed from `kept`; dx may be dy, and du dv.
+  void (*tangent_adjoint)(const T* kept, const T* u, const T* dy, const T* dv, T* dx, T* du,
+                          std::size_t count, T a, T b) = nullptr;
 };
 
 namespace detail {
@@ -49,11 +54,54 @@ void unary_adjoint(const T* kept, const T* dy, T* dx, std::size_t count, T a, T 
 }
 
 template <class F, std::floating_point T>
+void unary_with_tangent(const T* x, const T* u, T* y, T* v, std::size_t count, T a, T b) {
+  struct Body {
+    const T *x, *u;
+    T *y, *v;
+    T a, b;
+    [[gnu::always_inline]] void operator()(std::size_t i) const {
+      const T from = x[i], value = F::value(from, a, b);
+      v[i] = F::slope(F::reads == unary::Reads::output ? value : from, a, b) * u[i];
+      y[i] = value;
+    }
+  };
+  if constexpr (F::is_vector) {
+    tapestry::detail::for_block<16>(count, Body{x, u, y, v, a, b});
+  } else {
+    for (std::size_t i = 0; i < count; ++i) Body{x, u, y, v, a, b}(i);
+  }
+}
+
+template <class F, std::floating_point T>
+void unary_tangent_adjoint(const T* kept, const T* u, const T* dy, const T* dv, T* dx, T* du,
+                           std::size_t count, T a, T b) {
+  struct Body {
+    const T *kept, *u, *dy, *dv;
+    T *dx, *du;
+    T a, b;
+    [[gnu::always_inline]] void operator()(std::size_t i) const {
+      const T from = kept[i], own = dv[i], slope = F::slope(from, a, b);
+      dx[i] = slope * dy[i] + F::curvature(from, a, b) * u[i] * own;
+      du[i] = slope * own;
+    }
+  };
+  if constexpr (F::is_vector) {
+    tapestry::detail::for_block<16>(count, Body{kept, u, dy, dv, dx, du, a, b});
+  } else {
+    for (std::size_t i = 0; i < count; ++i) Body{kept, u, dy, dv, dx, du, a, b}(i);
+  }
+}
+
+template <class F, std::floating_point T>
 [[nodiscard]] UnaryLoops<T> unary_loops() {
   UnaryLoops<T> loops{
       &unary_forward<F, T>, nullptr, F::reads,
       std::same_as<F, unary::Not<T>> || std::same_as<F, unary::IsNan<T>> || std::same_as<F, unary::IsInf<T>>};
   if constexpr (F::reads != unary::Reads::no_derivative) loops.adjoint = &unary_adjoint<F, T>;
+  if constexpr (F::reads == unary::Reads::input || F::reads == unary::Reads::output) {
+    loops.with_tangent = &unary_with_tangent<F, T>;
+    loops.tangent_adjoint = &unary_tangent_adjoint<F, T>;
+  }
   return loops;
 }
 }  // namespace detail
@@ -66,6 +114,8 @@ class UnaryOperation : public Operation<T> {
       : Operation<T>({{x.shape, type}}), loops_(loops), a_(a), b_(b) {
     this->set_pixelwise();
   }
+
+  [[nodiscard]] bool has_tangent() const { return loops_.with_tangent != nullptr; }
 
   void forward(const ForwardCall<T>& call) const override {
     const T* const x = call.inputs[0].values;
@@ -98,7 +148,12 @@ class UnaryOperation : public Operation<T> {
   }
   [[nodiscard]] bool works_in_place() const override { return true; }
 
- private:
+ protected:
+  UnaryOperation(const UnaryOperation& other, std::vector<typename Operation<T>::Result> results)
+      : Operation<T>(std::move(results)), loops_(other.loops_), a_(other.a_), b_(other.b_) {
+    this->set_pixelwise();
+  }
+
   UnaryLoops<T> loops_;
   T a_, b_;
 };
@@ -140,6 +195,10 @@ class Rectifier : public Operation<T> {
       if (!is_uninitialised) kernels<T>().add(to, dx + begin, count);
     });
     call.is_uninitialised[0] = false;
+  }
+
+  void apply_choice(const OperationState<T>& state, const T* from, T* to) const override {
+    leaky_adjoint(state.bits.data(), slope_, from, to, size_of(this->result_shape()));
   }
 
   [[nodiscard]] bool works_in_place() const override { return true; }

@@ -1,10 +1,11 @@
 #pragma once
-#include <tapestry/autodiff/functions.hpp>
+#include <tapestry/autodiff/dual.hpp>
 #include <tapestry/core/vector_exp.hpp>
 
 /// \file
 /// Smooth functions of one number with at most two parameters, as ONNX defines them, for UnaryOperation.
-/// `slope` is the derivative, computed from the argument or the value, as `reads` states. NaN stays NaN.
+/// `slope` is the derivative and `curvature` the second one, computed from the argument or the value, as
+/// `reads` states; without a curvature of its own a function is linear between kinks. NaN stays NaN.
 ///
 /// VectorFunctions have neither branches nor calls, so that their loops are loops of vectors. Their
 /// exponentials are vector_exp(): results err by a relative 8 ε at most down to e^-86.8 in float and e^-707.5
@@ -23,11 +24,14 @@ template <Reads From>
 struct Function {
   static constexpr Reads reads = From;
   static constexpr bool is_vector = false;
+  template <std::floating_point T>
+  static T curvature(T, T, T) {
+    return 0;
+  }
 };
 /// Defaults for functions of one operand that are computed by vectors.
 template <Reads From>
-struct VectorFunction {
-  static constexpr Reads reads = From;
+struct VectorFunction : Function<From> {
   static constexpr bool is_vector = true;
 };
 
@@ -36,6 +40,15 @@ template <std::floating_point T, class Row, Reads From = Reads::input>
 struct OfTape : Function<From> {
   static T value(T x, T, T) { return Row::value(x); }
   static T slope(T from, T, T) { return Row::partial(from, from); }  // partial() reads one of the two
+  static T curvature(T from, T, T) {
+    if constexpr (From == Reads::output) {
+      const Dual<T> y(from, {Row::partial(from, from)});
+      return Row::partial(y, y).tangent();
+    } else {
+      const auto x = Dual<T>::input(from);
+      return tapestry::detail::slope_of<Row>(x, x).tangent();
+    }
+  }
 };
 
 /// terms[Term] + terms[Term + 1] · r + … + terms[Last] · r^(Last − Term). Unrolled, so that loops around it
@@ -54,6 +67,10 @@ template <std::floating_point T>
 struct Sigmoid : VectorFunction<Reads::input> {
   [[gnu::always_inline]] static T value(T x, T, T) { return vector_sigmoid(x); }
   [[gnu::always_inline]] static T slope(T x, T, T) { return vector_sigmoid_slope(x); }
+  [[gnu::always_inline]] static T curvature(T x, T, T) {
+    const T e = vector_exp(-magnitude(x)), size = e * (1 - e) / ((1 + e) * (1 + e) * (1 + e));
+    return x < 0 ? size : -size;
+  }
 };
 
 /// x · σ(a · x); a is 1 for the function that is also called SiLU.
@@ -62,6 +79,9 @@ struct Swish : VectorFunction<Reads::input> {
   [[gnu::always_inline]] static T value(T x, T a, T) { return x * vector_sigmoid(a * x); }
   [[gnu::always_inline]] static T slope(T x, T a, T) {
     return vector_sigmoid(a * x) + a * x * vector_sigmoid_slope(a * x);
+  }
+  [[gnu::always_inline]] static T curvature(T x, T a, T) {
+    return a * (2 * vector_sigmoid_slope(a * x) + a * x * Sigmoid<T>::curvature(a * x, a, a));
   }
 };
 
@@ -80,6 +100,12 @@ struct Mish : VectorFunction<Reads::input> {
     const T below = n / (n + 2) + x * (e / (1 + e)) * ((4 * n + 4) / ((n + 2) * (n + 2)));
     return x > 20 ? T(1) : below;
   }
+  [[gnu::always_inline]] static T curvature(T x, T, T) {
+    const T e = vector_exp(x > 20 ? T(20) : x), part = e / (1 + e);
+    const T n = e * (e + 2), rest = (4 * n + 4) / ((n + 2) * (n + 2));
+    const T below = part * rest * (2 + x * (1 / (1 + e) - 2 * part * (n / (n + 2))));
+    return x > 20 ? T(0) : below;
+  }
 };
 
 /// e^x.
@@ -87,6 +113,7 @@ template <std::floating_point T>
 struct Exp : VectorFunction<Reads::output> {
   [[gnu::always_inline]] static T value(T x, T, T) { return vector_exp(x); }
   [[gnu::always_inline]] static T slope(T y, T, T) { return y; }
+  [[gnu::always_inline]] static T curvature(T y, T, T) { return y; }
 };
 
 /// (1 − e)/(1 + e) with e = exp(−2|x|); below 1/4 its series, to x^19 in double.
@@ -110,6 +137,7 @@ struct Tanh : VectorFunction<Reads::input> {
     return size < T(0.25) ? near : signed_far;
   }
   [[gnu::always_inline]] static T slope(T x, T, T) { return 4 * vector_sigmoid_slope(2 * x); }
+  [[gnu::always_inline]] static T curvature(T x, T a, T) { return 8 * Sigmoid<T>::curvature(2 * x, a, a); }
 };
 
 /// log(1 + e^x) = max(x, 0) + log(1 + e^−|x|), where log(1 + e) = 2 artanh s with s = e/(2 + e), by its
@@ -126,6 +154,7 @@ struct Softplus : VectorFunction<Reads::input> {
     return (x < 0 ? T(0) : x) + logarithm;
   }
   [[gnu::always_inline]] static T slope(T x, T, T) { return vector_sigmoid(x); }
+  [[gnu::always_inline]] static T curvature(T x, T, T) { return vector_sigmoid_slope(x); }
 };
 
 /// x · Φ(x) with Φ the normal distribution.
@@ -135,6 +164,10 @@ struct Gelu : Function<Reads::input> {
   static T value(T x, T, T) { return x * normal(x); }
   static T slope(T x, T, T) {
     return normal(x) + x * (static_cast<T>(0.39894228040143268) * std::exp(-x * x / 2));
+  }
+  static T curvature(T x, T, T) {
+    const T density = static_cast<T>(0.39894228040143268) * std::exp(-x * x / 2);
+    return density == 0 ? T(0) : density * (2 - x * x);
   }
 };
 
@@ -151,6 +184,13 @@ struct GeluTanh : Function<Reads::input> {
     const T inner = static_cast<T>(1.5957691216057308) * (1 + static_cast<T>(0.134145) * x * x);
     return vector_sigmoid(twice_u(x)) + x * inner * vector_sigmoid_slope(twice_u(x));
   }
+  static T curvature(T x, T a, T b) {
+    if (magnitude(x) > 10) return 0;
+    const T inner = static_cast<T>(1.5957691216057308) * (1 + static_cast<T>(0.134145) * x * x);
+    const T bend = static_cast<T>(2 * 1.5957691216057308 * 0.134145) * x;
+    return (2 * inner + x * bend) * vector_sigmoid_slope(twice_u(x)) +
+           x * inner * inner * Sigmoid<T>::curvature(twice_u(x), a, b);
+  }
 };
 
 /// 2/√π · ∫ e^(−t²) from 0 to x.
@@ -160,6 +200,10 @@ struct Erf : Function<Reads::input> {
   static T slope(T x, T, T) {
     return static_cast<T>(1.1283791670955126) * std::exp(-x * x);  // 2/√π
   }
+  static T curvature(T x, T a, T b) {
+    const T own = slope(x, a, b);
+    return own == 0 ? T(0) : -2 * x * own;
+  }
 };
 
 /// arctan x.
@@ -167,6 +211,10 @@ template <std::floating_point T>
 struct Atan : Function<Reads::input> {
   static T value(T x, T, T) { return std::atan(x); }
   static T slope(T x, T, T) { return 1 / (1 + x * x); }
+  static T curvature(T x, T, T) {
+    const T part = 1 / (1 + x * x);
+    return -2 * x * part * part;
+  }
 };
 
 /// 1 / x.
@@ -174,6 +222,7 @@ template <std::floating_point T>
 struct Reciprocal : Function<Reads::output> {
   static T value(T x, T, T) { return 1 / x; }
   static T slope(T y, T, T) { return -y * y; }
+  static T curvature(T y, T, T) { return 2 * y * y * y; }
 };
 
 }  // namespace tapestry::nn::unary
