@@ -60,18 +60,13 @@ template <class Function, std::floating_point T, std::size_t... Ranks>
     for (std::size_t i = 0; i < at.size(); ++i) both.data()[i] = D(at.data()[i], {along.data()[i]});
     return tape.input(std::move(both));
   };
-  const auto part = []<std::size_t Rank>(const ArrayVariable<D, Rank>& of, std::size_t k) {
-    Array<T, Rank> numbers(of.shape());
-    for (std::size_t i = 0; i < numbers.size(); ++i)
-      numbers.data()[i] = detail::part_of(of.adjoint().data()[i], k);
-    return numbers;
-  };
   return [&]<std::size_t... i>(std::index_sequence<i...>) {
     const std::tuple inputs{input(std::get<i>(x), std::get<i>(v))...};
     const Variable<D> root = f(std::get<i>(inputs)...);
     tape.reverse(root);
-    return ArrayHessianProduct<T, Array<T, Ranks>...>{
-        root.value().value(), {part(std::get<i>(inputs), 0)...}, {part(std::get<i>(inputs), 1)...}};
+    return ArrayHessianProduct<T, Array<T, Ranks>...>{root.value().value(),
+                                                      {detail::part_of(std::get<i>(inputs).adjoint(), 0)...},
+                                                      {detail::part_of(std::get<i>(inputs).adjoint(), 1)...}};
   }
   (std::index_sequence_for<Array<T, Ranks>...>());
 }

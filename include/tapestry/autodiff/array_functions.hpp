@@ -6,4 +6,5 @@
 #include <tapestry/autodiff/detail/arrays/join.hpp>
 #include <tapestry/autodiff/detail/arrays/product.hpp>
 #include <tapestry/autodiff/detail/arrays/second_order.hpp>
+#include <tapestry/autodiff/detail/arrays/twins.hpp>
 #include <tapestry/autodiff/detail/arrays/view.hpp>

@@ -88,6 +88,8 @@ class Detector {
   /// is made at the first call, and anew after set_weights() and set_engine().
   /// \throws DomainError as there, and if extents depend on the picture
   [[nodiscard]] const nn::Network<T>& tangents() const;
+  /// Where outputs of network() lie in the logits.
+  [[nodiscard]] const std::vector<HeadPiece>& head_pieces() const { return heads_.pieces; }
 
   /// Values of the constants that training changes, one behind the other; see nn::Network::weight_blocks().
   [[nodiscard]] Array<T, 1> weights() const;

@@ -1,4 +1,5 @@
 #pragma once
+#include <tapestry/autodiff/record.hpp>
 #include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/kept_picture.hpp>
 
@@ -59,5 +60,24 @@ template <std::floating_point T>
                                                        const ArrayVariable<T, 4>& images,
                                                        const ArrayVariable<T, 1>& weights,
                                                        std::shared_ptr<Pass<T>> pass = nullptr);
+
+/// Logits of every head of Detector::tangents(), and as many tangents, as one record, for pictures that are
+/// encoded for the network.
+///
+/// \param inputs, tangents  [N, H, W, C], see encoded()
+/// \throws ShapeError if extents differ; DomainError as Detector::tangents()
+template <std::floating_point T>
+[[nodiscard]] std::pair<std::vector<ArrayVariable<T, 4>>, std::vector<ArrayVariable<T, 4>>> forward_tangents(
+    const Detector<T>& detector, const ArrayVariable<T, 4>& inputs, const ArrayVariable<T, 4>& tangents);
+
+/// forward() on a tape of duals, for second order: by forward_tangents().
+template <DualNumber D>
+[[nodiscard]] std::vector<ArrayVariable<D, 4>> forward(const Detector<typename D::value_type>& detector,
+                                                       const ArrayVariable<D, 4>& images) {
+  const auto encode = [&](const auto& at) { return encoded(at, detector.description().encoding); };
+  return record_tangent(
+      [&](const auto& x, const auto& along) { return forward_tangents(detector, x, along); },
+      record_affine(encode, images));
+}
 
 }  // namespace tapestry::detect

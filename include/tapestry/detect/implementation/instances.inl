@@ -29,6 +29,7 @@ template decltype(forward_within<TAPESTRY_SCALAR>) forward_within<TAPESTRY_SCALA
 template std::vector<ArrayVariable<TAPESTRY_SCALAR, 4>> forward<TAPESTRY_SCALAR>(
     Detector<TAPESTRY_SCALAR>&, const ArrayVariable<TAPESTRY_SCALAR, 4>&,
     const ArrayVariable<TAPESTRY_SCALAR, 1>&, std::shared_ptr<Pass<TAPESTRY_SCALAR>>);
+template decltype(forward_tangents<TAPESTRY_SCALAR>) forward_tangents<TAPESTRY_SCALAR>;
 template decltype(best_candidate<TAPESTRY_SCALAR>) best_candidate<TAPESTRY_SCALAR>;
 template decltype(grad_cam<TAPESTRY_SCALAR>) grad_cam<TAPESTRY_SCALAR>;
 template decltype(grad_cam_plus_plus<TAPESTRY_SCALAR>) grad_cam_plus_plus<TAPESTRY_SCALAR>;

@@ -1,5 +1,5 @@
 #pragma once
-#include <tapestry/autodiff/record.hpp>
+#include <tapestry/autodiff/detail/arrays/record_array.hpp>
 
 namespace tapestry {
 namespace detail {
@@ -8,6 +8,13 @@ namespace detail {
 template <DualNumber D>
 [[nodiscard]] constexpr typename D::value_type part_of(const D& x, std::size_t k) {
   return k == 0 ? x.value() : x.tangent(k - 1);
+}
+/// Part k of all elements.
+template <DualNumber D, std::size_t Rank>
+[[nodiscard]] Array<typename D::value_type, Rank> part_of(const Array<D, Rank>& x, std::size_t k) {
+  Array<typename D::value_type, Rank> part(x.shape());
+  for (std::size_t i = 0; i < part.size(); ++i) part.data()[i] = part_of(x.data()[i], k);
+  return part;
 }
 template <DualNumber D>
 [[nodiscard]] constexpr D dual_with(const typename D::value_type& part, std::size_t k) {
@@ -23,8 +30,7 @@ template <DualNumber D>
 
 template <class T, DualNumber D, std::size_t Rank>
 [[nodiscard]] ArrayVariable<T, Rank> part_on(Tape<T>& tape, const ArrayVariable<D, Rank>& x, std::size_t k) {
-  Array<T, Rank> part(x.shape());
-  for (std::size_t i = 0; i < part.size(); ++i) part.data()[i] = part_of(x.value().data()[i], k);
+  Array<T, Rank> part = part_of(x.value(), k);
   return x.is_active() ? tape.input(std::move(part)) : ArrayVariable<T, Rank>(std::move(part));
 }
 template <class T, DualNumber D>
