@@ -30,8 +30,8 @@ class TangentCheck {
   }
 
   /// \param smooth  number of outputs, from the first on, that hold floating-point numbers
-  [[nodiscard]] Errors errors(std::size_t smooth) const {
-    const double h = 6e-6;
+  /// \param h  step of the differences
+  [[nodiscard]] Errors errors(std::size_t smooth, double h = 6e-6) const {
     const auto moved = [&](double step) {
       Numbers all = x_;
       for (std::size_t i = 0; i < all.size(); ++i) all[i] += step * u_[i];

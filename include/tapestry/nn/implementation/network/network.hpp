@@ -8,52 +8,40 @@
 namespace tapestry::nn {
 namespace detail {
 
-/// Constants that a program has as the description has them, by their names.
-template <std::floating_point T>
-[[nodiscard]] std::map<std::string, const ProgramValue*> plain_constants(const Program<T>& program) {
-  std::map<std::string, const ProgramValue*> all;
+/// Calls body(constant, value) for those constants of numbers that a program has as its description has them.
+template <std::floating_point T, class Body>
+void for_each_shared(const Program<T>& program, NetworkDescription& description, const Body& body) {
   for (const ProgramValue& value : program.values)
-    if (value.is_constant() && !value.channels_last) all[value.name] = &value;
-  return all;
+    if (const auto found = description.constants.find(value.name);
+        value.is_constant() && !value.channels_last && found != description.constants.end() &&
+        found->second.type == ElementType::floating)
+      body(found->second, value);
 }
 
-/// Frees the values of constants that the program has, and owns those of all others.
+/// Hands a description to its program, which keeps those constants' values alone, and owns the others.
 template <std::floating_point T>
-void leave_values_to(const Program<T>& program, NetworkDescription& description) {
-  const auto known = plain_constants(program);
+void keep_description(NetworkDescription&& description, Program<T>& program) {
+  for_each_shared(program, description,
+                  [](Constant& constant, const ProgramValue&) { constant.values = std::vector<float>{}; });
   for (auto& [name, constant] : description.constants) {
-    if (known.contains(name) && constant.type == ElementType::floating) {
-      constant.values = std::vector<float>{};
-    } else if (const auto* const borrowed = std::get_if<BorrowedValues>(&constant.values)) {
-      std::vector<float> own;
-      append(*borrowed, own);
-      constant.values = std::move(own);
-    }
+    const auto* const borrowed = std::get_if<BorrowedValues>(&constant.values);
+    if (borrowed == nullptr) continue;
+    std::vector<float> own;
+    append(*borrowed, own);
+    constant.values = std::move(own);
   }
-}
-
-/// The program's description with all values.
-template <std::floating_point T>
-[[nodiscard]] NetworkDescription with_values_of(const Program<T>& program) {
-  NetworkDescription description = program.description;
-  for (const auto& [name, value] : plain_constants(program)) {
-    const auto found = description.constants.find(name);
-    if (found == description.constants.end() || found->second.type != ElementType::floating) continue;
-    const T* const first = program.constants.data() + value->constant;
-    found->second.values = std::vector<T>(first, first + size_of(value->shape));
-  }
-  return description;
+  program.description = std::move(description);
 }
 
 /// Copies constants of the same names, so that set_weights() counts for both.
 template <std::floating_point T>
 void copy_constants(const Program<T>& from, Program<T>& to) {
-  const auto key = [](const ProgramValue& value) { return std::pair(value.name, value.channels_last); };
   std::map<std::pair<std::string, bool>, std::size_t> places;
   for (const ProgramValue& value : from.values)
-    if (value.is_constant()) places[key(value)] = value.constant;
+    if (value.is_constant()) places[{value.name, value.channels_last}] = value.constant;
   for (const ProgramValue& value : to.values)
-    if (const auto found = places.find(key(value)); value.is_constant() && found != places.end())
+    if (const auto found = places.find({value.name, value.channels_last});
+        value.is_constant() && found != places.end())
       std::copy_n(from.constants.data() + found->second, size_of(value.shape),
                   to.constants.data() + value.constant);
 }
@@ -106,8 +94,7 @@ Program<T> Network<T>::build(NetworkDescription&& description, const std::map<st
                              bool pictures_channels_last, bool simplifies) {
   const auto built = [&](NetworkDescription&& of) {
     Program<T> program = ProgramBuilder<T>(of, shapes, pictures_channels_last).build();
-    detail::leave_values_to(program, of);
-    program.description = std::move(of);
+    detail::keep_description(std::move(of), program);
     return program;
   };
   if (!simplifies) return built(std::move(description));
@@ -120,7 +107,11 @@ Program<T> Network<T>::build(NetworkDescription&& description, const std::map<st
 
 template <std::floating_point T>
 Network<T> Network<T>::with_tangents() const {
-  NetworkDescription description = detail::with_values_of(program_);
+  NetworkDescription description = program_.description;
+  detail::for_each_shared(program_, description, [&](Constant& constant, const ProgramValue& value) {
+    const T* const first = program_.constants.data() + value.constant;
+    constant.values = std::vector<T>(first, first + size_of(value.shape));
+  });
   std::map<std::string, Shape> shapes;
   bool is_last = false;
   for (const std::size_t input : program_.inputs) {
