@@ -18,7 +18,8 @@ TEST_CASE("operations on pictures have the Hessians that differences of their gr
   check([](const auto& x) { return number(x, sum(sin(image::letterboxed(x, 9, 9, 0.5)))); });
   check([](const auto& x) { return number(x, sum(sin(image::crop(x, {1, 1, 2, 3})))); });
   check([](const auto& x) { return number(x, sum(sin(image::batch_of(std::vector{x, x})))); });
-  const auto coverage = random_array<double>({4, 5}, 6), photo = random_array<double>({8, 9, 3}, 7, 0.1, 0.9);
+  const auto coverage = random_array<double>({4, 5}, 6);
+  const auto photo = random_array<double>({8, 9, 3}, 7, 0.1, 0.9);
   const image::Backdrop<double> backdrop(photo, coverage, 1, 2);
   for (const auto space : image::colour_spaces) {
     const auto blend = [&](const auto& p, const auto& c, const auto& b) {
