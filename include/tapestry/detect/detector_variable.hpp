@@ -74,10 +74,11 @@ template <std::floating_point T>
 template <DualNumber D>
 [[nodiscard]] std::vector<ArrayVariable<D, 4>> forward(const Detector<typename D::value_type>& detector,
                                                        const ArrayVariable<D, 4>& images) {
-  const auto encode = [&](const auto& at) { return encoded(at, detector.description().encoding); };
+  const InputEncoding& encoding = detector.description().encoding;
+  const auto encode = [&](const auto& at) { return encoded(at, encoding); };
   return record_tangent(
       [&](const auto& x, const auto& along) { return forward_tangents(detector, x, along); },
-      record_affine(encode, images));
+      encoding == InputEncoding{} ? images : record_affine(encode, images));
 }
 
 }  // namespace tapestry::detect

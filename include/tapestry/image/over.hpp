@@ -73,6 +73,14 @@ struct Overlay {
     return by_light(premultiplied, 1 - coverage, background, out);
   }
 
+  /// The derivative of slope() by the premultiplied value, given slope().
+  template <std::floating_point T>
+  static T curvature(T premultiplied, T coverage, T background, T slope) {
+    if constexpr (!is_linear) return 0;
+    const T sum = light(premultiplied, 1 - coverage, background);
+    return sum <= T(crossing_linear) ? T(0) : (1 / T(2.4) - 1) * slope / sum;
+  }
+
  private:
   /// Most pixels are covered wholly; for them the background is not read.
   template <std::floating_point T>
@@ -198,17 +206,20 @@ template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> over(const std::vector<ArrayVariable<T, 3>>& premultiplied,
                                        const std::vector<Backdrop<T>>& backdrops,
                                        ColourSpace space = ColourSpace::encoded);
+/// Tangents of over() of a batch, of these tangents of the pictures, as one operation; 0 beside the pictures.
+template <std::floating_point T>
+[[nodiscard]] ArrayVariable<T, 4> over_tangent(const std::vector<ArrayVariable<T, 3>>& premultiplied,
+                                               const std::vector<ArrayVariable<T, 3>>& tangents,
+                                               const std::vector<Backdrop<T>>& backdrops, ColourSpace space);
+
 template <DualNumber D>
 [[nodiscard]] ArrayVariable<D, 4> over(const std::vector<ArrayVariable<D, 3>>& premultiplied,
                                        const std::vector<Backdrop<typename D::value_type>>& backdrops,
                                        ColourSpace space = ColourSpace::encoded) {
-  using T = typename D::value_type;
-  std::vector<Backdrop<T>> behind = backdrops;
-  for (auto& [background, coverage, top, left] : behind)
-    if (space == ColourSpace::linear)
-      background = std::make_shared<const Array<T, 3>>(linearised(*background));
-  const auto sum = record_affine([=](const auto& p) { return over(p, behind); }, premultiplied);
-  return space == ColourSpace::linear ? encoded(sum) : sum;
+  const auto lay = [&](const auto& pictures, const auto& along) {
+    return std::pair(over(pictures, backdrops, space), over_tangent(pictures, along, backdrops, space));
+  };
+  return record_tangent(lay, premultiplied);
 }
 
 }  // namespace tapestry::image

@@ -9,6 +9,7 @@ template Array<TAPESTRY_SCALAR, 3> over(const Array<TAPESTRY_SCALAR, 3>&, const 
                                         const Array<TAPESTRY_SCALAR, 3>&, std::size_t, std::size_t,
                                         ColourSpace);
 template decltype(over_adjoint<TAPESTRY_SCALAR>) over_adjoint<TAPESTRY_SCALAR>;
+template decltype(over_tangent<TAPESTRY_SCALAR>) over_tangent<TAPESTRY_SCALAR>;
 template ArrayVariable<TAPESTRY_SCALAR, 3> over(const ArrayVariable<TAPESTRY_SCALAR, 3>&,
                                                 const ArrayVariable<TAPESTRY_SCALAR, 2>&,
                                                 const ArrayVariable<TAPESTRY_SCALAR, 3>&, std::size_t,

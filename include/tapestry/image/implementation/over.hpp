@@ -139,4 +139,55 @@ ArrayVariable<T, 4> over(const std::vector<ArrayVariable<T, 3>>& premultiplied,
   return record_array(std::shared_ptr<const Array<T, 4>>(batch), pullback, premultiplied);
 }
 
+template <std::floating_point T>
+ArrayVariable<T, 4> over_tangent(const std::vector<ArrayVariable<T, 3>>& premultiplied,
+                                 const std::vector<ArrayVariable<T, 3>>& tangents,
+                                 const std::vector<Backdrop<T>>& backdrops, ColourSpace space) {
+  const Extents<3> extents = backdrops.front().background->shape();
+  auto batch = zeros<T, 4>({backdrops.size(), extents[0], extents[1], extents[2]});
+  const std::size_t size = backdrops.front().background->size();
+  struct View {
+    PixelWindow place;
+    Array<T, 3> slope, bend;  // bend: the tangent's derivative by the premultiplied value
+  };
+  std::vector<View> views;
+  // Calls visit(element of the front, element of the batch).
+  const auto for_each_element = [extents, size](const PixelWindow& place, std::size_t n, auto visit) {
+    detail::for_each_covered_pixel(place, extents[1], [&](std::size_t front, std::size_t back) {
+      for (std::size_t c = 0; c < extents[2]; ++c)
+        visit(front * extents[2] + c, n * size + back * extents[2] + c);
+    });
+  };
+  for (std::size_t n = 0; n < backdrops.size(); ++n) {
+    const auto& [background, coverage, top, left] = backdrops[n];
+    const Array<T, 3>&at = premultiplied[n].value(), &along = tangents[n].value();
+    View view{detail::place_of("over", *coverage, extents, top, left), zeros<T, 3>(at.shape()),
+              zeros<T, 3>(at.shape())};
+    detail::with_overlay(space, [&, &shown = *background, &covered = *coverage](auto overlay) {
+      for_each_element(view.place, n, [&](std::size_t i, std::size_t j) {
+        const T cover = covered.data()[i / extents[2]], behind = shown.data()[j - n * size];
+        if (cover == 0) return;
+        const T p = at.data()[i];
+        const T slope = overlay.slope(p, cover, behind, overlay.value(p, cover, behind));
+        batch.data()[j] = slope * along.data()[i];
+        view.slope.data()[i] = slope;
+        view.bend.data()[i] = overlay.curvature(p, cover, behind, slope) * along.data()[i];
+      });
+    });
+    views.push_back(std::move(view));
+  }
+  const auto pullback = [views = std::move(views), for_each_element](
+                            const Array<T, 4>& adjoint, const std::vector<Array<T, 3>*>& of_pictures,
+                            const std::vector<Array<T, 3>*>& of_tangents) {
+    for (std::size_t n = 0; n < views.size(); ++n)
+      for_each_element(views[n].place, n, [&](std::size_t i, std::size_t j) {
+        if (of_pictures[n] != nullptr)
+          of_pictures[n]->data()[i] += views[n].bend.data()[i] * adjoint.data()[j];
+        if (of_tangents[n] != nullptr)
+          of_tangents[n]->data()[i] += views[n].slope.data()[i] * adjoint.data()[j];
+      });
+  };
+  return record_array(std::move(batch), pullback, premultiplied, tangents);
+}
+
 }  // namespace tapestry::image

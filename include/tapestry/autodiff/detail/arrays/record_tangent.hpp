@@ -49,7 +49,13 @@ template <DualNumber D, class T, std::size_t Rank>
 void add_part(Array<D, Rank>* to, const ArrayVariable<T, Rank>& x, std::size_t k) {
   if (to == nullptr) return;
   const Array<T, Rank>& adjoint = x.adjoint();
-  for (std::size_t i = 0; i < adjoint.size(); ++i) to->data()[i] += dual_with<D>(adjoint.data()[i], k);
+  const T* const from = adjoint.data();
+  D* const all = to->data();
+  if (k == 0) {
+    for (std::size_t i = 0; i < adjoint.size(); ++i) all[i] += D(from[i]);
+  } else {
+    for (std::size_t i = 0; i < adjoint.size(); ++i) all[i] += dual_with<D>(from[i], k);
+  }
 }
 template <DualNumber D, class T>
 void add_part(D* to, const Variable<T>& x, const Tape<T>& tape, std::size_t k) {
@@ -81,31 +87,32 @@ void seed_part(T* adjoints, const std::vector<Y>& y, const std::vector<const Adj
     if (adjoint[i] != nullptr) seed_part(adjoints, y[i], *adjoint[i], k);
 }
 
+/// The duals of a value and its tangents along each direction.
 template <DualNumber D, class T, std::size_t Rank>
-[[nodiscard]] Array<D, Rank> result_like(const ArrayVariable<T, Rank>& y) {
-  return zeros<D, Rank>(y.shape());
+[[nodiscard]] Array<D, Rank> joined(const std::vector<ArrayVariable<T, Rank>>& parts) {
+  Array<D, Rank> all(parts[0].shape());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    auto tangents = D().tangents();
+    for (std::size_t k = 0; k < tangents.size(); ++k) tangents[k] = parts[k + 1].value().data()[i];
+    all.data()[i] = D(parts[0].value().data()[i], tangents);
+  }
+  return all;
 }
 template <DualNumber D, class T>
-[[nodiscard]] D result_like(const Variable<T>&) {
-  return D(0);
+[[nodiscard]] D joined(const std::vector<Variable<T>>& parts) {
+  auto tangents = D().tangents();
+  for (std::size_t k = 0; k < tangents.size(); ++k) tangents[k] = parts[k + 1].value();
+  return D(parts[0].value(), tangents);
 }
 template <DualNumber D, class Y>
-[[nodiscard]] auto result_like(const std::vector<Y>& y) {
-  std::vector<decltype(result_like<D>(y[0]))> results;
-  for (const Y& each : y) results.push_back(result_like<D>(each));
-  return results;
-}
-template <DualNumber D, class T, std::size_t Rank>
-void set_part(Array<D, Rank>& to, const ArrayVariable<T, Rank>& y, std::size_t k) {
-  for (std::size_t i = 0; i < to.size(); ++i) to.data()[i] += dual_with<D>(y.value().data()[i], k);
-}
-template <DualNumber D, class T>
-void set_part(D& to, const Variable<T>& y, std::size_t k) {
-  to += dual_with<D>(y.value(), k);
-}
-template <class To, class Y>
-void set_part(std::vector<To>& to, const std::vector<Y>& y, std::size_t k) {
-  for (std::size_t i = 0; i < to.size(); ++i) set_part(to[i], y[i], k);
+[[nodiscard]] auto joined(const std::vector<std::vector<Y>>& parts) {
+  std::vector<decltype(joined<D>(parts[0]))> all;
+  for (std::size_t i = 0; i < parts[0].size(); ++i) {
+    std::vector<Y> of_one;
+    for (const auto& part : parts) of_one.push_back(part[i]);
+    all.push_back(joined<D>(of_one));
+  }
+  return all;
 }
 
 template <class Y>
@@ -197,10 +204,10 @@ template <class F, class First, class... X>
     Result result = std::apply(f, std::tuple_cat(values, tangents));
     directions->push_back({std::move(tape), std::move(values), std::move(tangents), std::move(result)});
   }
-  auto value = detail::result_like<D>(directions->front().result.first);
-  detail::set_part(value, directions->front().result.first, 0);
-  for (std::size_t k = 1; k <= D::direction_count; ++k)
-    detail::set_part(value, (*directions)[k - 1].result.second, k);
+  std::vector<typename Result::first_type> results;
+  results.push_back(directions->front().result.first);
+  for (const Direction& direction : *directions) results.push_back(direction.result.second);
+  auto value = detail::joined<D>(results);
   const auto pullback = [directions](const auto& value_adjoint, const auto&... adjoints) {
     for (std::size_t k = 1; k <= D::direction_count; ++k) {
       auto& [tape, values, tangents, result] = (*directions)[k - 1];

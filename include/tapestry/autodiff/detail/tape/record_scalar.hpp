@@ -158,7 +158,8 @@ template <class T, class Pullback>
 [[nodiscard]] Pullback accepted(Pullback pullback) {
   static_assert(!DualNumber<T> || std::is_empty_v<Pullback>,
                 "on a tape of duals, plain numbers in a pullback are constants and give wrong second "
-                "derivatives: compute in the tape's scalar and pass CarriesTangents{pullback}");
+                "derivatives: compute in the tape's scalar and pass CarriesTangents{pullback}, or give the "
+                "tangent to record_tangent()");
   return pullback;
 }
 template <class T, class Pullback>

@@ -1,0 +1,132 @@
+// The curvature of an adversarial loss by the paint on a car: its largest eigenvalues by Lanczos' method,
+// from Hessian products through detector and renderer alone, and Newton's method by conjugate gradients
+// beside gradient descent at equal cost. Takes an .onnx or a .weights file, the latter with its .cfg beside
+// it.
+#include <Eigen/Eigenvalues>
+#include <cstdio>
+#include <filesystem>
+#include <tapestry/autodiff/array_derivatives.hpp>
+#include <tapestry/detect/detector_variable.hpp>
+#include <tapestry/image/over.hpp>
+#include <tapestry/io/frame_file.hpp>
+#include <tapestry/io/obj_file.hpp>
+#include <tapestry/io/read_detector.hpp>
+#include <tapestry/loss/adversarial.hpp>
+#include <tapestry/optim/adam.hpp>
+#include <tapestry/raster/painted.hpp>
+
+using namespace tapestry;
+
+namespace {
+using Texels = Array<float, 2>;
+
+double dot(const Texels& a, const Texels& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    sum += static_cast<double>(a.data()[i]) * static_cast<double>(b.data()[i]);
+  return sum;
+}
+void add(Texels& to, double factor, const Texels& from) {
+  for (std::size_t i = 0; i < to.size(); ++i) to.data()[i] += static_cast<float>(factor) * from.data()[i];
+}
+void scale(Texels& x, double factor) {
+  for (float& entry : x.storage()) entry *= static_cast<float>(factor);
+}
+
+/// Extreme eigenvalues of a symmetric operator, ascending, from `steps` products. \param start  not zero
+template <class Product>
+Eigen::VectorXd lanczos(const Product& product, Texels start, int steps) {
+  std::vector<Texels> basis;
+  std::vector<double> diagonal, beside;
+  for (int i = 0; i < steps; ++i) {
+    scale(start, 1 / std::sqrt(dot(start, start)));
+    basis.push_back(start);
+    start = product(basis.back());
+    diagonal.push_back(dot(start, basis.back()));
+    for (int twice = 0; twice < 2; ++twice)
+      for (const Texels& before : basis) add(start, -dot(start, before), before);
+    beside.push_back(std::sqrt(dot(start, start)));
+    if (beside.back() < 1e-6 * std::abs(diagonal.front())) break;  // the basis is whole
+  }
+  const auto n = static_cast<Eigen::Index>(diagonal.size());
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
+  solver.computeFromTridiagonal(Eigen::Map<Eigen::VectorXd>(diagonal.data(), n),
+                                Eigen::Map<Eigen::VectorXd>(beside.data(), n - 1), Eigen::EigenvaluesOnly);
+  return solver.eigenvalues();
+}
+
+/// About (H + damping)⁻¹·gradient, from a few products; a shorter step where the loss curves down.
+template <class Product>
+Texels newton_step(const Product& product, const Texels& gradient, double damping, int products) {
+  Texels step = zeros<float, 2>(gradient.shape()), residual = gradient, direction = gradient;
+  for (int i = 0; i < products; ++i) {
+    Texels along = product(direction);
+    add(along, damping, direction);
+    const double curvature = dot(direction, along), before = dot(residual, residual);
+    if (curvature <= 0 || before == 0) break;
+    add(step, before / curvature, direction);
+    add(residual, -before / curvature, along);
+    scale(direction, dot(residual, residual) / before);
+    add(direction, 1, residual);
+  }
+  return dot(step, step) > 0 ? step : gradient;
+}
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string assets = TAPESTRY_ASSETS "/";
+  const std::filesystem::path weights = argc > 1 ? argv[1] : assets + "detector.weights";
+  auto config = weights;
+  const auto detector = io::read_detector<float>(
+      {.weights = weights, .config = io::is_onnx(weights) ? "" : config.replace_extension("cfg")});
+  const auto car = raster::painted(io::read_obj(assets + "car_sedan.obj").mesh, {.material = "body"});
+  const auto frame = io::read_frame(assets + "frames/test/027.npz");
+  const std::vector views{std::make_shared<const raster::CompactOperator<float>>(raster::compacted(
+      raster::texture_operator<float>(car, *frame.camera, detector.input_height(), detector.input_width(),
+                                      io::frame_light(frame, car.space))))};
+  const std::vector<image::Backdrop<float>> backdrops{{image::from_bytes<float>(frame.image), views[0]}};
+  const std::vector<loss::Target> targets{{frame.label->class_index, frame.label->box}};
+
+  const auto loss_of = [&](const auto& paint) {  // on a tape of numbers or of duals
+    const std::remove_cvref_t<decltype(paint)> colours = (tanh(paint) + 1.0F) / 2.0F;
+    const auto pictures =
+        image::over(raster::render(views, image::linearised(colours)), backdrops, car.space);
+    return loss::adversarial(detector, detect::forward(detector, pictures), std::span(targets),
+                             loss::AdversarialLoss::max_score)
+        .total;
+  };
+  const auto derivatives = [&](const Texels& at, const Texels& along) {
+    return hessian_product(loss_of, at, along);
+  };
+  const auto paint = zeros<float, 2>({car.layout.texel_count(car.mesh), 3});  // mid grey
+  const auto [value, gradient, unused] = derivatives(paint, paint);
+  const auto eigenvalues = lanczos(
+      [&](const Texels& v) { return std::get<0>(derivatives(paint, v).product); }, std::get<0>(gradient), 24);
+  std::printf("loss %.4f, largest eigenvalues", static_cast<double>(value));
+  for (Eigen::Index i = 1; i <= std::min<Eigen::Index>(5, eigenvalues.size()); ++i)
+    std::printf(" %.3g", eigenvalues[eigenvalues.size() - i]);
+  std::printf(", smallest %.3g\n", eigenvalues[0]);
+
+  constexpr int newton_steps = 6, products = 8;
+  Texels by_newton = paint, by_adam = paint;
+  for (int i = 0; i < newton_steps; ++i) {
+    const auto slope = std::get<0>(derivatives(by_newton, paint).gradient);
+    const auto step =
+        newton_step([&](const Texels& v) { return std::get<0>(derivatives(by_newton, v).product); }, slope,
+                    0.05 * eigenvalues[eigenvalues.size() - 1], products);
+    add(by_newton, -1, step);
+  }
+  optim::Adam<float> adam(by_adam.size(), {});
+  for (int i = 0; i < 2 * newton_steps * (products + 1); ++i) {  // a product costs about two gradients
+    Tape<float> tape;
+    const auto scope = tape.activate();
+    const auto input = tape.input(by_adam);
+    tape.reverse(loss_of(input));
+    adam.step(by_adam, input.adjoint());
+  }
+  const auto loss_at = [&](const Texels& at) {
+    return static_cast<double>(loss_of(ArrayVariable<float, 2>(at)).value());
+  };
+  std::printf("loss after the cost of %d gradients: Newton %.4f, Adam %.4f\n",
+              2 * newton_steps * (products + 1), loss_at(by_newton), loss_at(by_adam));
+}
