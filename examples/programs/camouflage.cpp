@@ -1,4 +1,6 @@
-#include "shell/survey_watch.hpp"
+// The main program: optimises a camouflage for a car against a detector, and measures its effect.
+
+#include "shell/camouflage_run.hpp"
 #include "shell/wild_boxes.hpp"
 
 namespace tapestry::shell {
@@ -63,10 +65,6 @@ inline void require_car_found(const Inputs& inputs, const SceneSettings& scene,
 }
 
 }  // namespace tapestry::shell
-
-// The main program: optimises a camouflage for a car against a detector, and measures its effect.
-
-#include "shell/camouflage_run.hpp"
 
 namespace {
 using namespace tapestry;

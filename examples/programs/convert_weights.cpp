@@ -2,7 +2,6 @@
 #include <tapestry/io/read_detector.hpp>
 
 #include "shell/old_detector.hpp"
-#include "shell/output_claim.hpp"
 #include "shell/program.hpp"
 #include "shell/settings.hpp"
 

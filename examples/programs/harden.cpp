@@ -1,3 +1,5 @@
+// Fine-tunes a detector against optimised car paint, and measures the gain.
+
 #include "shell/hardening.hpp"
 #include "shell/hardening_report.hpp"
 #include "shell/run_page.hpp"
@@ -243,8 +245,6 @@ class HardeningRun {
 };
 
 }  // namespace tapestry::shell
-
-// Fine-tunes a detector against optimised car paint, and measures the gain.
 
 namespace {
 using namespace tapestry;

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/camouflage/objective.hpp>
 
 #include "hardening_state.hpp"
 #include "run_options.hpp"

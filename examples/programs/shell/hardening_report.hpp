@@ -1,13 +1,9 @@
 #pragma once
-#include <tapestry/detect/detector.hpp>
-#include <tapestry/evaluate/average_precision.hpp>
 
-#include "../../scenes/labelled_scene.hpp"
 #include "csv.hpp"
 #include "hardening_state.hpp"
 #include "report.hpp"
 #include "report_page.hpp"
-#include "stop_signal.hpp"
 #include "verbosity.hpp"
 #include "word_table.hpp"
 

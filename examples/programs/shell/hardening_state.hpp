@@ -1,7 +1,5 @@
 #pragma once
 #include <tapestry/camouflage/training.hpp>
-#include <tapestry/camouflage/view_store.hpp>
-#include <tapestry/detect/detector.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/image/batch.hpp>
 

@@ -1,14 +1,18 @@
 #pragma once
 #include <atomic>
+#include <csignal>
 #include <list>
 #include <new>
 #include <set>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/file_source.hpp>
 
-#include "signals.hpp"
-
 namespace tapestry::shell {
+
+#if defined(_WIN32)
+/// Signals that Windows lacks: closing the console takes the place of a hang-up, and none that of others.
+inline constexpr int SIGHUP = SIGBREAK, SIGXCPU = 0, SIGUSR1 = 0, SIGPIPE = 0, SIGXFSZ = 0;
+#endif
 
 /// Whether a file may be a frame by its name, see io::frame_paths().
 inline bool is_frame_file(const std::filesystem::path& path) {

@@ -2,7 +2,6 @@
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/evaluate/measurement.hpp>
 
-#include "class_name.hpp"
 #include "formatted.hpp"
 #include "run_folder.hpp"
 

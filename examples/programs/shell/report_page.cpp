@@ -1,6 +1,5 @@
 #include "report_page.hpp"
 
-#include "base64.hpp"
 #include "build_facts.hpp"
 #include "command_line.hpp"
 #include "inputs_table.hpp"

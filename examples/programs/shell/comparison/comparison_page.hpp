@@ -1,6 +1,5 @@
 #pragma once
 #include "../protocol/report.hpp"
-#include "comparison.hpp"
 #include "comparison_report.hpp"
 
 namespace tapestry::shell {

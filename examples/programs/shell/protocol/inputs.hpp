@@ -2,9 +2,7 @@
 #include <unordered_set>
 
 #include "../camouflage_source.hpp"
-#include "../inputs.hpp"
 #include "../measured_controls.hpp"
-#include "../run_manifest.hpp"
 #include "protocols.hpp"
 
 namespace tapestry::shell {

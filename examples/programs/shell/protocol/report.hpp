@@ -1,6 +1,5 @@
 #pragma once
 
-#include "../base64.hpp"
 #include "../csv.hpp"
 #include "../inputs_table.hpp"
 #include "../page.hpp"
