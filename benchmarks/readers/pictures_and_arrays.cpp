@@ -1,7 +1,7 @@
 // Pictures, and NumPy's arrays and archives.
 #include <random>
 #include <tapestry/camouflage/run_state.hpp>
-#include <tapestry/io/detail/zip_writer.hpp>
+#include <tapestry/io/detail/zip_archive.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/npy.hpp>
 #if defined(TAPESTRY_JPEG)

@@ -2,7 +2,6 @@
 #include <tapestry/io/read_detector.hpp>
 
 #include "shell/old_detector.hpp"
-#include "shell/output_claim.hpp"
 #include "shell/program.hpp"
 #include "shell/settings.hpp"
 
@@ -87,8 +86,8 @@ int run(const CLI::App& app, const Options& options) {
   auto [model, cfg] = read_source(options);
   if (options.fold) model = folded(model);
   if (const std::string beside = io::description_beside(options.output); !beside.empty())
-    throw FileError(ErrorKind::mismatch,
-                    {beside, "", "would be read as the description of " + options.output, "no such file"});
+    throw file_mismatch(
+        {beside, "", "would be read as the description of " + options.output, "no such file"});
   const std::size_t nodes = io::write_detector_file(options.output, model, cfg);
   remark(options.output + ": " + std::to_string(nodes) + " nodes, from \"picture\", [1, " +
          std::to_string(model.input_channels()) + ", " + std::to_string(model.input_height()) + ", " +

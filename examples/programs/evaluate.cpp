@@ -151,11 +151,6 @@ void require_no_run(const Options& options) {
                 options.output + " holds a run, whose metrics would be lost; give another --output");
 }
 
-void require_sound_sweep(const Options& options, ProblemList& list) {
-  for (const double threshold : options.sweep)
-    list.require(threshold >= 0 && threshold <= 1, "--sweep thresholds lie in 0 to 1");
-}
-
 /// Checks the options after the run's settings are adopted.
 void require_sound(const CLI::App& app, const Options& options) {
   ProblemList list;
@@ -171,7 +166,8 @@ void require_sound(const CLI::App& app, const Options& options) {
   list.require(options.draws >= 1 && options.draws <= 1000, "--draws must be 1 to 1000");
   list.require(options.camouflage.picture.empty() || options.scene.texture == "atlas",
                "--paint needs --texture atlas");
-  require_sound_sweep(options, list);
+  for (const double threshold : options.sweep)
+    list.require(threshold >= 0 && threshold <= 1, "--sweep thresholds lie in 0 to 1");
   list.require(options.pictures.empty() || options.pictures != options.output,
                "--pictures and --output are the same folder");
   list.require(options.film.empty() || options.film.ends_with(".png"),
@@ -181,7 +177,6 @@ void require_sound(const CLI::App& app, const Options& options) {
   require_no_run(options);
 }
 
-/// The conditions of the views' photographs.
 evaluate::Photography photography_of(const Options& options) {
   evaluate::Photography photography;
   if (options.conditions.empty()) return photography;
@@ -282,7 +277,6 @@ evaluate::SurveyedTextures surveyed_textures(const Options& options, const Car& 
   return textures;
 }
 
-/// Adds facts about the pictures.
 void add_facts(const Options& options, const Inputs& inputs, const evaluate::SurveyedTextures& textures,
                RunReport& report) {
   report.noise_in_place = evaluate::noise_in_place(textures.controls);

@@ -140,7 +140,7 @@ scenes::Vehicle load_vehicle(const Options& options) {
     for (const OwnTexture& texture : own) scenes::add_texture(vehicle, texture.picture, texture.faces);
     return vehicle;
   } catch (const DomainError& error) {
-    throw FileError(ErrorKind::mismatch, {options.mesh, "", error.what()});
+    throw file_mismatch({options.mesh, "", error.what()});
   }
 }
 
@@ -192,7 +192,7 @@ scenes::PhotographOptions camera_of_photograph(const Options& options, const Pho
   const bool is_by_exif = source.fov_deg > 0 && !options.is_fov_given;
   const std::string by_exif = "; by its EXIF it sees " + std::to_string(fov_deg) +
                               " degrees, which --distance fits to or --fov replaces";
-  throw FileError(ErrorKind::mismatch, {source.path, "", what + (is_by_exif ? by_exif : "")});
+  throw file_mismatch({source.path, "", what + (is_by_exif ? by_exif : "")});
 }
 
 /// \throws Error for a photograph that cannot be read, or that does not hold the whole car
@@ -203,10 +203,9 @@ void require_usable(const Options& options, const scenes::Vehicle& vehicle, cons
   const auto scene = camera_of_photograph(options, source, options.fov.first);
   constexpr std::size_t least = 64;
   if (std::min(picture.shape(0), picture.shape(1)) < least)
-    throw FileError(ErrorKind::mismatch,
-                    {source.path, "", "too small for a photograph",
-                     "at least " + std::to_string(least) + " pixels a side",
-                     std::to_string(picture.shape(1)) + " x " + std::to_string(picture.shape(0))});
+    throw file_mismatch({source.path, "", "too small for a photograph",
+                         "at least " + std::to_string(least) + " pixels a side",
+                         std::to_string(picture.shape(1)) + " x " + std::to_string(picture.shape(0))});
   const double aspect = static_cast<double>(picture.shape(1)) / static_cast<double>(picture.shape(0));
   if (!scenes::shows_whole_vehicle(vehicle, scene, aspect))
     refuse_photograph(options, source, scene.fov_deg,

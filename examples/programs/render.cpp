@@ -299,8 +299,7 @@ void require_own_charts(const Options& o, const Json& described, const geometry:
   for (const Json& name : described["painted"]["materials"])
     if (std::ranges::find(mesh.materials, name.get<std::string>(), &geometry::Material::name) ==
         mesh.materials.end())
-      throw FileError(
-          ErrorKind::mismatch,
+      throw file_mismatch(
           {o.mesh, "",
            o.texture + ", of a run with --texture cube, lies on the mesh that the run wrote beside it, "
                        "not on the uv of this one",
@@ -318,8 +317,8 @@ void require_described(const Options& o, const PaintedScene& scene, const Json& 
   const std::string path = description_path(o.texture);
   if (const auto word = require_same_layout(path, described, json); !word.empty()) warnings.push_back(word);
   if (o.u_extent != json["u_extent"].get<double>())
-    throw FileError(ErrorKind::mismatch, {path, "", "--u-extent is of another layout",
-                                          json["u_extent"].dump(), Json(o.u_extent).dump()});
+    throw file_mismatch(
+        {path, "", "--u-extent is of another layout", json["u_extent"].dump(), Json(o.u_extent).dump()});
 }
 
 /// \param own  of the mesh
@@ -521,7 +520,7 @@ std::size_t middle_of(const std::vector<std::size_t>& pixels, std::size_t width)
 /// \throws FileError (mismatch) unless the mesh is as long as a car, and has a texture
 PanelSettings panel_settings(const Options& o, const PaintedScene& scene) {
   if (!scene.layout.traits().is_picture)
-    throw FileError(ErrorKind::mismatch, {o.mesh, "", "no texture of its own; --panels needs --texture"});
+    throw file_mismatch({o.mesh, "", "no texture of its own; --panels needs --texture"});
   PanelSettings settings{o.panels, io::path_of(o.mesh).filename().string()};
   settings.paper = *std::ranges::find(papers, o.paper, [](const Paper& paper) { return name_of(paper); });
   settings.scale = o.panel_scale;
@@ -529,9 +528,9 @@ PanelSettings panel_settings(const Options& o, const PaintedScene& scene) {
   if (o.length > 0) settings.metres_per_unit = o.length / longest;
   const double metres = longest * settings.metres_per_unit;
   if (!(longest > 0 && metres >= 1 && metres <= 20))
-    throw FileError(ErrorKind::mismatch, {o.mesh, "",
-                                          "the mesh is " + std::to_string(longest > 0 ? metres : 0) +
-                                              " m long, expected 1 to 20; --length sets its metres"});
+    throw file_mismatch({o.mesh, "",
+                         "the mesh is " + std::to_string(longest > 0 ? metres : 0) +
+                             " m long, expected 1 to 20; --length sets its metres"});
   return settings;
 }
 

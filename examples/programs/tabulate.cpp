@@ -87,9 +87,8 @@ std::vector<std::string> notes_of(const Comparison& comparison) {
       if (cell) seeds = std::max(seeds, cell->seeds), draws = std::max(draws, cell->draws);
   const auto& made_by = comparison.made_by;
   const auto commit = made_by.find("commit");
-  std::string commits;
-  if (commit != made_by.end())
-    for (const auto& [value, folder] : commit->second) commits += (commits.empty() ? "" : ", ") + value;
+  const auto value_of = [](const auto& value) { return value.first; };
+  const std::string commits = commit == made_by.end() ? "" : listed(commit->second, value_of);
   std::vector<std::string> notes{
       "A row is one camouflage, optimised with up to " + std::to_string(seeds) +
           (seeds == 1 ? " seed" : " seeds") + "; its matched noise has its colours and its spectrum, in " +

@@ -51,9 +51,8 @@ std::pair<detect::DarknetModel<float>, std::string> starting_model(const Options
   const std::string cfg = trainable_cfg(options.cfg, options.weights);
   if (io::is_onnx(options.weights) &&
       io::parse_detector_metadata(io::read_onnx(options.weights).metadata, options.weights).is_folded)
-    throw FileError(ErrorKind::mismatch,
-                    {options.weights, "", "batch normalisation is folded into the weights",
-                     "a detector to train, as convert_weights writes without --fold"});
+    throw file_mismatch({options.weights, "", "batch normalisation is folded into the weights",
+                         "a detector to train, as convert_weights writes without --fold"});
   auto loaded = io::read_darknet_model<float>(options.cfg, options.weights, options.size, options.size);
   print_warnings(loaded.warnings);
   return {std::move(loaded.model), cfg};

@@ -79,9 +79,8 @@ class Trainer {
         inputs_(pictures_.shape()) {
     const auto require = [&](bool holds, const char* fault) {
       if (!holds)
-        throw FileError(ErrorKind::mismatch,
-                        {description_.path, "", std::string("cannot be trained: ") + fault,
-                         "a model that train_segmenter wrote", ""});
+        throw file_mismatch({description_.path, "", std::string("cannot be trained: ") + fault,
+                             "a model that train_segmenter wrote", ""});
     };
     for (const nn::WeightBlock& weight : network_.weight_blocks())
       require(description_.constants.contains(weight.name), "weights are merged as it is read");
@@ -108,7 +107,6 @@ class Trainer {
     return static_cast<double>(loss.value());
   }
 
-  /// The network with the weights of the last step.
   [[nodiscard]] const nn::NetworkDescription& description() {
     network_.set_weights({weights_.data(), weights_.size()});
     for (auto& [name, values] : io::weight_values(network_))

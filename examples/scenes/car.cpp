@@ -51,7 +51,6 @@ void round_coordinates(geometry::Mesh& mesh) {
     for (double& coordinate : uv) coordinate = std::round(coordinate * 1e4) / 1e4;
 }
 
-/// Drops the uv coordinates that no face uses.
 void drop_unused_uvs(geometry::Mesh& mesh) {
   std::vector<std::int32_t> place(mesh.uvs.size(), -1);
   std::vector<Uv> used;

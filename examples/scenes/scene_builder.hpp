@@ -38,7 +38,6 @@ class SceneBuilder {
     return first;
   }
 
-  /// Appends a mesh in its materials' colours.
   std::size_t add(const geometry::Mesh& mesh, const Pose& pose) {
     std::vector<Colour> colours;
     colours.reserve(mesh.faces.size());

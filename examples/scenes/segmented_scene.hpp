@@ -6,7 +6,6 @@
 
 namespace tapestry::scenes {
 
-/// A drawn scene with the silhouette of its main car.
 struct SegmentedScene {
   Array<std::uint8_t, 3> colours;  ///< [H, W, 3]
   Array<std::uint8_t, 2> car;      ///< [H, W] share of the pixel that shows the main car, of 255

@@ -5,7 +5,6 @@
 
 namespace tapestry::scenes {
 
-/// A paint on some faces of a car.
 struct CarTexture {
   std::vector<std::uint8_t> faces;  ///< one entry a face, 1 where it shows
   raster::TextureLayout layout{};

@@ -122,7 +122,6 @@ class Workshop {
     return Json::object();
   }
 
-  /// Takes a step over a batch of the views.
   Json step() {
     if (!training_) {
       camouflage::TrainingOptions options{.epochs = 100000, .batch = 8, .seed = seed_};

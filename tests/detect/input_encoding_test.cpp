@@ -1,4 +1,4 @@
-#include <tapestry/detect/detail/input_encoding.hpp>
+#include <tapestry/detect/detector_description.hpp>
 
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"

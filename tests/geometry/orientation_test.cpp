@@ -1,4 +1,4 @@
-#include <tapestry/geometry/detail/orientation.hpp>
+#include <tapestry/geometry/point_columns.hpp>
 
 #include <limits>
 #include <random>

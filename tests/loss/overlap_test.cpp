@@ -1,4 +1,4 @@
-#include <tapestry/loss/detail/overlap.hpp>
+#include <tapestry/loss/prediction.hpp>
 
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

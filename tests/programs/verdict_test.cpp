@@ -1,4 +1,4 @@
-#include "../../examples/programs/shell/verdict.hpp"
+#include "../../examples/programs/shell/report.hpp"
 
 #include <tapestry/io/json.hpp>
 

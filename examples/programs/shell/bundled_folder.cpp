@@ -1,4 +1,3 @@
-#include <tapestry/io/file_source.hpp>
 
 #include "mesh_inputs.hpp"
 #include "program.hpp"

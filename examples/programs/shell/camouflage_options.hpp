@@ -5,7 +5,6 @@
 
 namespace tapestry::shell {
 
-/// Options of the program camouflage.
 struct CamouflageOptions : RunOptions {
   SceneSettings scene;
   DetectorSettings detector;

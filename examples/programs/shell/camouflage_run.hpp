@@ -1,6 +1,5 @@
 #pragma once
 
-#include "camouflage_options.hpp"
 #include "measured_controls.hpp"
 #include "memory_forecast.hpp"
 #include "photo_light_report.hpp"
@@ -316,7 +315,6 @@ class CamouflageRun {
     remark("report: " + path("report.html"));
   }
 
-  /// Adds the pictures and atlases of the folder to the page.
   void add_paint(ReportPage& page, const evaluate::SurveyedTextures& textures) const {
     const auto atlas = [&](const std::string& words, const camouflage::Paint<float>& paint) {
       page.atlases.emplace_back(

@@ -81,11 +81,10 @@ inline void require_other_than_own(const std::string& path, const Bitmap& pictur
     is_same = is_same || difference_of(own, small_paint, [](std::size_t) { return true; }) <= most;
     if (!is_same) continue;
     const std::string file = car.material_files.empty() ? "the material file" : car.material_files.front();
-    throw FileError(ErrorKind::mismatch,
-                    {mesh_path, "",
-                     file + " gives painted faces the texture " + texture + " (map_Kd), which is the paint " +
-                         path + ": the clean car would wear it",
-                     "a material file with the car's own colours", ""});
+    throw file_mismatch({mesh_path, "",
+                         file + " gives painted faces the texture " + texture +
+                             " (map_Kd), which is the paint " + path + ": the clean car would wear it",
+                         "a material file with the car's own colours", ""});
   }
 }
 

@@ -20,8 +20,8 @@ namespace detail {
 inline void require_size(const std::string& path, const std::string& what, std::size_t expected,
                          std::size_t found) {
   if (expected != found)
-    throw FileError(ErrorKind::mismatch, {path, "", what + " does not fit the run", std::to_string(expected),
-                                          std::to_string(found)});
+    throw file_mismatch(
+        {path, "", what + " does not fit the run", std::to_string(expected), std::to_string(found)});
 }
 
 inline void add_adam(io::NpzWriter& file, const std::string& name, const optim::AdamState<float>& adam) {
@@ -42,9 +42,9 @@ inline std::vector<float> finite_values(const io::NpzFile& file, const std::stri
   require_size(file.path(), name, count, values.size());
   for (const float value : values)
     if (!(std::isfinite(value) && value >= least))
-      throw FileError(ErrorKind::malformed,
-                      {file.path(), "", name + " holds what no training comes to",
-                       least < 0 ? "finite numbers" : "finite numbers of at least 0", std::to_string(value)});
+      throw malformed_file({file.path(), "", name + " holds what no training comes to",
+                            least < 0 ? "finite numbers" : "finite numbers of at least 0",
+                            std::to_string(value)});
   return values;
 }
 
@@ -59,8 +59,8 @@ inline Array<float, 1> weights_of(const io::NpzFile& file, const std::string& na
   require_size(file.path(), name, fresh.size(), values.size());
   for (std::size_t i = 0; i < values.size(); ++i)
     if (!std::isfinite(values[i]) && values[i] != fresh(i))
-      throw FileError(ErrorKind::malformed, {file.path(), "", name + " holds what no training comes to",
-                                             "finite numbers", std::to_string(values[i])});
+      throw malformed_file({file.path(), "", name + " holds what no training comes to", "finite numbers",
+                            std::to_string(values[i])});
   Array<float, 1> weights = fresh;
   std::copy(values.begin(), values.end(), weights.data());
   return weights;
@@ -93,8 +93,8 @@ inline io::NpzFile read_checkpoint_file(const std::string& path, const std::stri
   auto file = io::NpzFile::read(path);
   const auto format = detail::number_of(file, "format");
   if (format != checkpoint_format)
-    throw FileError(ErrorKind::mismatch, {path, "", "checkpoint of another format",
-                                          std::to_string(checkpoint_format), std::to_string(format)});
+    throw file_mismatch({path, "", "checkpoint of another format", std::to_string(checkpoint_format),
+                         std::to_string(format)});
   const auto settings = file.get("settings").as<std::uint8_t>();
   if (std::string(settings.begin(), settings.end()) != identity)
     throw Error(ErrorKind::in_use, path + ": belongs to a run with other settings");

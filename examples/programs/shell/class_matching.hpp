@@ -5,7 +5,6 @@
 
 namespace tapestry::shell {
 
-/// The classes that a data set and a detector share.
 struct ClassMatching {
   std::vector<std::string> names{};                       ///< in the order of the data set
   std::vector<std::uint64_t> ids{};                       ///< of the data set
@@ -57,12 +56,11 @@ inline void judge_unmatched(const std::string& dataset_path, const evaluate::Dat
   for (std::size_t i = 0; i < detector.names().size(); ++i)
     if (!matching.of_detector[i]) unasked.push_back(detector.names()[i]);
   if (matching.names.empty() || (needs_all && !left_out.empty()))
-    throw FileError(ErrorKind::mismatch,
-                    {dataset_path, "",
-                     std::string(matching.names.empty() ? "no class has a name that the detector knows"
-                                                        : "classes that the detector does not know") +
-                         "; --classes names or leaves out classes",
-                     listed(detector.names()), listed(left_out)});
+    throw file_mismatch({dataset_path, "",
+                         std::string(matching.names.empty() ? "no class has a name that the detector knows"
+                                                            : "classes that the detector does not know") +
+                             "; --classes names or leaves out classes",
+                         listed(detector.names()), listed(left_out)});
   if (!left_out.empty())
     matching.warnings.push_back(dataset_path +
                                 ": the detector does not know these classes, left out: " + listed(left_out));

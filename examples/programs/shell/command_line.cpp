@@ -181,7 +181,7 @@ int parse_arguments(CLI::App& app, int argc, char** argv) {
               << "\nsee --help\n";
     return static_cast<int>(ErrorKind::usage);
   } catch (const CLI::FileError&) {  // the file existed a moment ago
-    throw FileError(ErrorKind::malformed, {app.get_config_ptr()->results().front(), "", "cannot open"});
+    throw malformed_file({app.get_config_ptr()->results().front(), "", "cannot open"});
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
     const auto extras = app.remaining();  // a required option may be missing because it was misspelt

@@ -87,7 +87,7 @@ inline evaluate::Dataset read_labels(const LabelSettings& s, std::size_t class_c
     if (!value.empty()) throw Error(ErrorKind::usage, option + " has no part in the data set " + s.dataset);
   };
   if (!is_there(s.dataset, ErrorKind::malformed))
-    throw FileError(ErrorKind::malformed, {s.dataset, "", "no such file or folder"});
+    throw malformed_file({s.dataset, "", "no such file or folder"});
   const bool is_folder_of_labels = is_folder(s.dataset, ErrorKind::malformed);
   const bool is_voc = is_folder_of_labels && evaluate::is_voc_folder(s.dataset);
   const bool is_coco = !is_folder_of_labels && s.dataset.ends_with(".json");

@@ -1,9 +1,8 @@
 #pragma once
-#include "base64.hpp"
 #include "dataset_training.hpp"
 #include "fresh_detector.hpp"
+#include "page.hpp"
 #include "picture_sheet.hpp"
-#include "protocol/drawing.hpp"
 #include "report_page.hpp"
 #include "run_options.hpp"
 #include "step_log.hpp"
@@ -128,13 +127,12 @@ class TuningRun {
       if (!of_detector[i]) forgotten.push_back(detector().names()[i]);
     if (!forgotten.empty())
       words_.push_back("taken to show none of the detector's other classes, which it will forget: " +
-                       detail::listed(forgotten));
+                       listed(forgotten));
     for (const auto& line : words_) remark(line);
     for (const DatasetPictures* part : {&std::as_const(pictures_), &held})
       if (part->is_empty())
-        throw FileError(ErrorKind::mismatch,
-                        {s.validation.empty() || part != &held ? s.dataset : s.validation, "",
-                         "no objects to learn from or to validate on", "labels", "none"});
+        throw file_mismatch({s.validation.empty() || part != &held ? s.dataset : s.validation, "",
+                             "no objects to learn from or to validate on", "labels", "none"});
   }
 
   void open_folder() {

@@ -78,7 +78,6 @@ class DatasetTrainer {
   [[nodiscard]] bool finished() const {
     return scores_.size() == validations_due() && (history_.size() >= settings_.steps || is_stale());
   }
-  /// AP50 at each validation, the first before any step.
   [[nodiscard]] const std::vector<double>& scores() const { return scores_; }
   [[nodiscard]] const std::vector<LossTerms>& history() const { return history_; }
   /// Steps before the first of the best validations.

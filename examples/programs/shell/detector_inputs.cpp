@@ -32,10 +32,9 @@ void require_detector_format(const std::string& weights) {
   file.read_at(0, beginning);
   const std::string_view format = io::recognised_format(beginning);
   if (!format.empty())
-    throw FileError(
-        ErrorKind::malformed,
-        {weights, "@0", "not a detector",
-         "an .onnx model, such as torch.onnx.export writes, or Darknet weights", std::string(format)});
+    throw malformed_file({weights, "@0", "not a detector",
+                          "an .onnx model, such as torch.onnx.export writes, or Darknet weights",
+                          std::string(format)});
 }
 
 /// Gives 80 classes without names COCO's names, unless --class is a number.

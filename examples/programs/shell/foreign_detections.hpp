@@ -15,7 +15,6 @@ struct ExportedPicture {
   double best_confidence = 0;                   ///< of them in the car, before they are suppressed here
 };
 
-/// The pictures of a folder.
 struct ExportedPictures {
   Json about;  ///< the measurement, see facts_for_labels()
   std::vector<std::string> class_names{};
@@ -54,8 +53,8 @@ inline ExportedPictures exported_pictures(const Json& json) {
 inline void require_as_exported(const std::string& folder, const Json& labels) {
   const auto require = [](const std::string& path, const std::string& sha256, const std::string& found) {
     if (sha256 != found)
-      throw FileError(ErrorKind::mismatch, {path, "", "not as evaluate --pictures wrote it",
-                                            "SHA-256 " + sha256, "SHA-256 " + found});
+      throw file_mismatch(
+          {path, "", "not as evaluate --pictures wrote it", "SHA-256 " + sha256, "SHA-256 " + found});
   };
   const std::string path = instances_path(folder);
   if (labels["info"].contains("sha256"))
@@ -74,13 +73,11 @@ inline void require_pictures_of(const std::string& run, const Json& about, const
   if (!outputs.is_object()) outputs = Json::object();
   const std::string paint = run + "/texture.npz", found = io::RegularFile(paint).sha256();
   if (outputs.value("texture.npz", found) != found)
-    throw FileError(ErrorKind::mismatch,
-                    {paint, "", "not as the run wrote it",
-                     "SHA-256 " + outputs["texture.npz"].get<std::string>(), "SHA-256 " + found});
+    throw file_mismatch({paint, "", "not as the run wrote it",
+                         "SHA-256 " + outputs["texture.npz"].get<std::string>(), "SHA-256 " + found});
   for (const Json& input : about.value("inputs", Json::array()))
     if (input.value("sha256", std::string()) == found) return;
-  throw FileError(ErrorKind::mismatch,
-                  {instances_path(pictures), "", "pictures of another paint than " + paint});
+  throw file_mismatch({instances_path(pictures), "", "pictures of another paint than " + paint});
 }
 
 /// Reads the files that PictureExport wrote to a folder, and compares them with their hashes.
@@ -89,7 +86,7 @@ inline ExportedPictures read_exported_pictures(const std::string& folder) {
   require_file_of(folder, "instances.json", "evaluate --pictures");
   const std::string path = instances_path(folder);
   const auto refuse = [&](const std::string& what) -> FileError {
-    return FileError(ErrorKind::malformed, {path, "", "not the pictures of evaluate --pictures: " + what});
+    return malformed_file({path, "", "not the pictures of evaluate --pictures: " + what});
   };
   try {
     const Json labels = io::read_json(io::read_text_file(path), path).value;
@@ -117,11 +114,10 @@ inline void require_no_corners(const std::string& path, const ExportedPictures& 
       as_corners += detect::iou(other, picture.target) >= 0.5 ? 1U : 0U;
     }
   if (as_corners > as_sides)
-    throw FileError(ErrorKind::mismatch,
-                    {path, "",
-                     "bbox looks like left, top, right, bottom: read so, " + std::to_string(as_corners) +
-                         " boxes lie over their car, else " + std::to_string(as_sides),
-                     "left, top, width, height"});
+    throw file_mismatch({path, "",
+                         "bbox looks like left, top, right, bottom: read so, " + std::to_string(as_corners) +
+                             " boxes lie over their car, else " + std::to_string(as_sides),
+                         "left, top, width, height"});
 }
 
 /// Reads COCO's results of any program: a list of image_id, category_id, bbox (left, top, width, height in
@@ -136,8 +132,7 @@ inline void read_detections(const std::string& path, ExportedPictures& all,
                           const std::string& expected = {}) {
     throw FileError(kind, {path, "entry " + std::to_string(entry + 1), what, expected, ""});
   };
-  if (!results.is_array())
-    throw FileError(ErrorKind::malformed, {path, "", "not COCO's results", "a list of detections", ""});
+  if (!results.is_array()) throw malformed_file({path, "", "not COCO's results", "a list of detections", ""});
   for (std::size_t i = 0; i < results.size(); ++i) {
     try {
       const auto image = results[i].at("image_id").get<std::size_t>();

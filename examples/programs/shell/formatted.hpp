@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace tapestry::shell {
 
@@ -36,6 +37,12 @@ inline std::string json_fault(const std::string& what) {
   if (type != std::string::npos && found != std::string::npos)
     return "expected " + words.substr(type + 13, found - type - 13) + ", found " + words.substr(found + 9);
   return "a value of another kind, or too few of them";
+}
+
+/// The name of a class; without a name, its number behind `before`.
+inline std::string class_name(std::size_t class_index, const std::vector<std::string>& names,
+                              const char* before = "") {
+  return class_index < names.size() ? names[class_index] : before + std::to_string(class_index);
 }
 
 }  // namespace tapestry::shell

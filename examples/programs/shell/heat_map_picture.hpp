@@ -17,12 +17,10 @@ inline constexpr std::array<std::pair<const char*, HeatMap>, 3> heat_maps{
 
 /// \throws Error (usage) that lists the names
 inline HeatMap heat_map_by_name(const std::string& name) {
-  std::string known;
-  for (const auto& [kind, heat_map] : heat_maps) {
+  for (const auto& [kind, heat_map] : heat_maps)
     if (name == kind) return heat_map;
-    known += (known.empty() ? "" : ", ") + std::string(kind);
-  }
-  throw Error(ErrorKind::usage, "--heat-map-kind is '" + name + "'; expected one of " + known);
+  throw Error(ErrorKind::usage, {"--heat-map-kind is '", name, "'; expected one of ",
+                                 listed(heat_maps, [](const auto& known) { return known.first; })});
 }
 
 /// Heat of the first observed layer for the score of a class: of its most confident candidate, however low

@@ -18,13 +18,13 @@ raster::TextureLayout layout_of(const SceneSettings& settings, const raster::Pai
   layout.filter = raster::texture_filter_by_name(settings.filter);
   if (!layout.traits().is_picture) return layout;
   if (car.mesh.uvs.empty())
-    throw FileError(ErrorKind::mismatch, {settings.mesh, "", "no texture coordinates, which an atlas needs",
-                                          "vt records, or --texture cube"});
+    throw file_mismatch(
+        {settings.mesh, "", "no texture coordinates, which an atlas needs", "vt records, or --texture cube"});
   require_uvs(settings.mesh, car.mesh, car.painted, "an atlas");
   try {
     layout.u_extent = raster::u_extent_of(car);
   } catch (const DomainError& error) {
-    throw FileError(ErrorKind::mismatch, {settings.mesh, "", error.what()});
+    throw file_mismatch({settings.mesh, "", error.what()});
   }
   layout.height = settings.texels;
   layout.width = settings.texels * static_cast<std::size_t>(layout.u_extent);
@@ -142,8 +142,7 @@ void require_texels(const SceneSettings& settings, const Car& car) {
   raster::PaintedMesh fine = car.painted;
   fine.layout = layout_of(finest, fine);
   if (raster::starved_share(fine) > most)  // small charts need rows alone
-    throw FileError(
-        ErrorKind::mismatch,
+    throw file_mismatch(
         {settings.mesh, "", word_on_starved(car) + "; --texture cube gives every face texels of its own"});
 }
 
@@ -160,19 +159,18 @@ FrameLists find_frames(const SceneSettings& scene) {
 
 void require_one_scale(const FrameLists& lists) {
   if (lists.posed && lists.drawn > 0)
-    throw FileError(ErrorKind::mismatch, {lists.test.front(), "",
-                                          "a frame without a camera sees a car normalised to length 2, but "
-                                          "--scenes see the bundled car in metres"});
+    throw file_mismatch({lists.test.front(), "",
+                         "a frame without a camera sees a car normalised to length 2, but "
+                         "--scenes see the bundled car in metres"});
 }
 
 io::Frame load_frame(const std::string& path, const MaskRule& mask, std::optional<bool> posed) {
   const io::InputLedger::Role role(frame_role);
   auto frame = io::read_frame(path);
   if (frame.camera.has_value() == posed)
-    throw FileError(ErrorKind::mismatch,
-                    {path, "", "frames with and without a camera cannot be mixed",
-                     *posed ? "poses alone, as in the first frame" : "a camera, as in the first frame",
-                     *posed ? "a camera" : "poses alone"});
+    throw file_mismatch({path, "", "frames with and without a camera cannot be mixed",
+                         *posed ? "poses alone, as in the first frame" : "a camera, as in the first frame",
+                         *posed ? "a camera" : "poses alone"});
   apply_mask_rule(mask, path, frame);
   frame.name = io::path_of(path).stem().string();
   return frame;
@@ -303,8 +301,7 @@ std::vector<FurtherDetector> load_ensemble(const std::vector<std::string>& paths
     const auto& network = member.detector;
     const std::size_t height = first.input_height(), width = first.input_width();
     if (network.input_height() != height || network.input_width() != width)
-      throw FileError(
-          ErrorKind::mismatch,
+      throw file_mismatch(
           {path, "", "an input of another size than the first detector's; --size chooses one for all",
            std::to_string(width) + "x" + std::to_string(height),
            std::to_string(network.input_width()) + "x" + std::to_string(network.input_height())});

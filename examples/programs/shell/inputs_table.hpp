@@ -1,4 +1,5 @@
 #pragma once
+#include <tapestry/core/in_quotes.hpp>
 
 #include "run_folder.hpp"
 #include "word_table.hpp"
@@ -13,10 +14,8 @@ inline std::string inputs_html(const Json& inputs) {
   WordTable table{"Inputs as their readers found them",
                   {"file", "read as", "bytes", "SHA-256, its beginning"}};
   for (const Json& input : inputs) {
-    std::string roles;
-    for (const auto& role : input.at("read_as").get<std::vector<std::string>>())
-      roles += (roles.empty() ? "" : ", ") + role;
-    table.rows.push_back({input.at("path").get<std::string>(), roles,
+    table.rows.push_back({input.at("path").get<std::string>(),
+                          listed(input.at("read_as").get<std::vector<std::string>>()),
                           std::to_string(input.at("size").get<std::uint64_t>()),
                           input.at("sha256").get<std::string>().substr(0, digits)});
   }

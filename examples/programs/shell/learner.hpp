@@ -85,10 +85,9 @@ inline void require_trainable_heads(const char* program, const detect::Detector<
   loss::require_raw_logits(program, detector.heads());
   for (const auto& head : detector.heads())
     if (head.decode == detect::DecodeFamily::decoded)
-      throw FileError(ErrorKind::mismatch,
-                      {path, "", "a head that cannot be trained",
-                       "heads of raw outputs, as darknet, ultralytics, yolov5, yolox, nanodet or yolov8",
-                       "boxes and scores that the network has decoded"});
+      throw file_mismatch({path, "", "a head that cannot be trained",
+                           "heads of raw outputs, as darknet, ultralytics, yolov5, yolox, nanodet or yolov8",
+                           "boxes and scores that the network has decoded"});
 }
 
 /// A second copy of the detector that these settings name, to train.

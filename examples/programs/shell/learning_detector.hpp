@@ -122,10 +122,9 @@ class LearningGraph final : public LearningDetector {
     for (const nn::WeightBlock& weight : learning_.network().weight_blocks()) {
       const bool is_own = network.constants.contains(weight.name);
       if (!is_own || extents(weight.constant_shape) != extents(network.constants.at(weight.name).shape))
-        throw FileError(ErrorKind::mismatch,
-                        {path_, "", "weights " + in_quotes(weight.name) + " cannot learn",
-                         "a constant, its elements in the order of the file",
-                         is_own ? "another order" : "what nodes compute"});
+        throw file_mismatch({path_, "", "weights " + in_quotes(weight.name) + " cannot learn",
+                             "a constant, its elements in the order of the file",
+                             is_own ? "another order" : "what nodes compute"});
     }
     require_same_when_read(size, may_simplify(network, start));
   }
@@ -158,9 +157,8 @@ class LearningGraph final : public LearningDetector {
     const auto here = detect::forward(learning_, picture), there = detect::forward(read, picture);
     for (std::size_t head = 0; head < here.size(); ++head)
       if (!std::ranges::equal(here[head].storage(), there[head].storage()))
-        throw FileError(ErrorKind::mismatch,
-                        {path_, "", "weights cannot learn: written back they make another network",
-                         "initialisers that are one weight each", "one in several roles"});
+        throw file_mismatch({path_, "", "weights cannot learn: written back they make another network",
+                             "initialisers that are one weight each", "one in several roles"});
     set_weights(start);
   }
 

@@ -18,9 +18,8 @@ Array<std::uint8_t, 2> mask_from_file(const std::string& path, const io::Frame& 
   const auto grey = io::read_mask(path);
   const std::size_t height = frame.image.shape(0), width = frame.image.shape(1);
   if (grey.shape(0) * width != grey.shape(1) * height)
-    throw FileError(ErrorKind::mismatch,
-                    {path, "", "mask of another shape than its frame", extents_text(height, width),
-                     extents_text(grey.shape(0), grey.shape(1))});
+    throw file_mismatch({path, "", "mask of another shape than its frame", extents_text(height, width),
+                         extents_text(grey.shape(0), grey.shape(1))});
   Array<float, 3> values(Extents<3>{grey.shape(0), grey.shape(1), 1});
   std::copy_n(grey.data(), grey.size(), values.data());
   if (grey.shape(0) != height) values = image::resize_bilinear(values, height, width);

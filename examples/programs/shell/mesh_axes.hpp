@@ -37,12 +37,12 @@ inline geometry::Mesh upright_object(const std::string& mesh_path, geometry::Mes
   const auto extent = [&](std::size_t axis) { return std::to_string(bounds.high[axis] - bounds.low[axis]); };
   const std::string front =
       better->forward == axes.forward ? "" : " or, if that is its tail, --forward -" + better->forward;
-  throw FileError(ErrorKind::mismatch, {mesh_path, "",
-                                        "the mesh is " + extent(2) + " high (along " + axes.up + ") and " +
-                                            extent(0) + " long (along " + axes.forward +
-                                            "), and does not stand on its wheels as a car does; --up " +
-                                            better->up + " --forward " + better->forward + " would right it" +
-                                            front + "; --object any is for what is no car"});
+  throw file_mismatch({mesh_path, "",
+                       "the mesh is " + extent(2) + " high (along " + axes.up + ") and " + extent(0) +
+                           " long (along " + axes.forward +
+                           "), and does not stand on its wheels as a car does; --up " + better->up +
+                           " --forward " + better->forward + " would right it" + front +
+                           "; --object any is for what is no car"});
 }
 
 }  // namespace tapestry::shell

@@ -40,17 +40,16 @@ inline std::vector<std::uint8_t> selected_faces(const std::string& mesh_path, co
 inline void require_uvs(const std::string& mesh_path, const geometry::Mesh& mesh,
                         const std::vector<std::uint8_t>& painted, const char* option) {
   if (mesh.uvs.empty())
-    throw FileError(ErrorKind::mismatch,
-                    {mesh_path, "", std::string("no texture coordinates, which ") + option + " needs",
-                     "vt records", "none"});
+    throw file_mismatch({mesh_path, "", std::string("no texture coordinates, which ") + option + " needs",
+                         "vt records", "none"});
   for (std::size_t face = 0; face < painted.size(); ++face) {
     if (painted[face] == 0 || (face < mesh.face_uvs.size() && std::ranges::min(mesh.face_uvs[face]) >= 0))
       continue;
-    throw FileError(ErrorKind::mismatch,
-                    {mesh_path, "",
-                     "painted face " + std::to_string(face + 1) +
-                         " (the first is 1) has none of the texture coordinates that " + option + " needs",
-                     "--material or --faces that leave it out", ""});
+    throw file_mismatch({mesh_path, "",
+                         "painted face " + std::to_string(face + 1) +
+                             " (the first is 1) has none of the texture coordinates that " + option +
+                             " needs",
+                         "--material or --faces that leave it out", ""});
   }
 }
 

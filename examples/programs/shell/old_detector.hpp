@@ -27,9 +27,8 @@ inline std::string old_header(const io::RegularFile& file) {
       std::min(file.size(), 8 + (std::uint64_t(16) << 20U)) - std::min<std::uint64_t>(file.size(), 8);
   if (file.size() >= 8) file.read_at(0, std::as_writable_bytes(std::span(&length, 1)));
   if (length == 0 || length > most)
-    throw FileError(ErrorKind::malformed,
-                    {file.path(), "@0", "header passes the end of the file, or 16 MiB",
-                     "1 to " + std::to_string(most) + " bytes", std::to_string(length) + " bytes"});
+    throw malformed_file({file.path(), "@0", "header passes the end of the file, or 16 MiB",
+                          "1 to " + std::to_string(most) + " bytes", std::to_string(length) + " bytes"});
   std::string text(static_cast<std::size_t>(length), '\0');
   file.read_at(8, std::as_writable_bytes(std::span<char>(text)));
   return text;
@@ -41,7 +40,7 @@ inline void require_old_tensors(const io::RegularFile& file, std::uint64_t begin
                                 const detect::NetworkConfig& config, const detect::ParameterLayout& layout) {
   const auto fail = [&](const std::string& place, const std::string& what, const std::string& expected,
                         const std::string& found) {
-    throw FileError(ErrorKind::mismatch, {file.path(), place, what, expected, found});
+    throw file_mismatch({file.path(), place, what, expected, found});
   };
   for (const detect::ParameterBlock& block : layout.blocks) {
     const auto [name, entry] = old_entry(config, block);
@@ -79,8 +78,8 @@ inline ModelWithCfg read_old_detector(const std::string& path) {
   const auto fields =
       header.value.is_object() ? header.value.value("__metadata__", nlohmann::json()) : nlohmann::json();
   if (!fields.is_object() || !std::ranges::all_of(fields, is_text))
-    throw FileError(ErrorKind::malformed,
-                    {path, "@8", "not the header of a detector", "__metadata__, an object of strings", ""});
+    throw malformed_file(
+        {path, "@8", "not the header of a detector", "__metadata__, an object of strings", ""});
   auto metadata = io::parse_detector_metadata(fields.get<std::map<std::string, std::string>>(), path);
   detect::DarknetModel<float> model(
       io::adapted(io::parse_network_config(metadata.cfg, path + ":cfg"), metadata));
@@ -90,7 +89,7 @@ inline ModelWithCfg read_old_detector(const std::string& path) {
   file.read_at(begin, std::as_writable_bytes(values));
   file.require_unchanged();
   if (!are_finite(std::span<const float>(values)))
-    throw FileError(ErrorKind::malformed, {path, "", "weights that are not finite"});
+    throw malformed_file({path, "", "weights that are not finite"});
   return {std::move(model), std::move(metadata.cfg)};
 }
 

@@ -92,10 +92,9 @@ std::vector<Photograph> photographs(const std::string& folder, RequireUsable req
   const auto unread = word_on_unread(folder);
   if (!unread.empty()) warnings.push_back(unread);
   if (found.size() < 2)
-    throw FileError(
-        ErrorKind::mismatch,
-        {folder, "", "too few photographs to hold some out", "at least 2 (" + io::picture_endings() + ")",
-         std::to_string(found.size()) + left + (unread.empty() ? "" : "; " + unread)});
+    throw file_mismatch({folder, "", "too few photographs to hold some out",
+                         "at least 2 (" + io::picture_endings() + ")",
+                         std::to_string(found.size()) + left + (unread.empty() ? "" : "; " + unread)});
   if (found.size() < enough)
     warnings.push_back(folder + ": " + std::to_string(found.size()) +
                        " photographs are few: a paint that hides the car in them may hide it nowhere else; "

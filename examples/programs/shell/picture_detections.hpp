@@ -1,6 +1,5 @@
 #pragma once
 
-#include "class_name.hpp"
 #include "detector_inputs.hpp"
 #include "drawn_boxes.hpp"
 

@@ -37,8 +37,8 @@ inline std::vector<std::string> pictures_named(const std::vector<std::string>& a
         return io::has_picture_name(path) || path.extension() == ".npz";
       });
       if (listed.empty())
-        throw FileError(ErrorKind::malformed, {argument, "", "no pictures in the folder",
-                                               io::picture_endings() + ", or .npz frames", "none"});
+        throw malformed_file(
+            {argument, "", "no pictures in the folder", io::picture_endings() + ", or .npz frames", "none"});
       add(listed);
     } else if (argument.ends_with(".txt")) {
       add(detail::pictures_of_list(argument));

@@ -74,7 +74,6 @@ inline constexpr std::array<std::string_view, 96> glyphs{
     "##### #...# #...# #...# #...# #...# #####"};  // any other
 // clang-format on
 
-/// Whether a byte continues a character of UTF-8.
 inline bool continues_character(unsigned char byte) { return (byte & 0xC0U) == 0x80U; }
 
 }  // namespace detail

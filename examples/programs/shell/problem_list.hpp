@@ -30,7 +30,6 @@ std::string help_of(const Rows& rows) {
   return text;
 }
 
-/// The words in braces of a help.
 inline std::vector<std::string> words_in(const std::string& help) {
   std::vector<std::string> words;
   for (std::size_t begin = help.find('{'); begin != std::string::npos; begin = help.find('{', begin + 1))
@@ -65,13 +64,9 @@ class ProblemList {
   /// Adds a usage error that lists the choices unless `value` is one of them.
   void require_choice(const std::string& option, const std::string& value,
                       const std::vector<std::string>& choices) {
-    std::string list;
-    for (const auto& choice : choices) {
-      if (choice == value) return;
-      list += (list.empty() ? "" : ", ") + choice;
-    }
+    if (std::ranges::find(choices, value) != choices.end()) return;
     const std::string nearest = io::nearest_word(value, choices);
-    require(false, option + " is " + in_quotes(value) + "; expected one of " + list +
+    require(false, option + " is " + in_quotes(value) + "; expected one of " + listed(choices) +
                        (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
   }
   /// Adds a usage error if writing `output` would replace a file that is read.

@@ -21,7 +21,6 @@ void share_bytes(void* bytes, int count);
 /// Bytes of all processes, one behind the other.
 void gather_bytes(const void* own, int count, void* all);
 
-/// Ends all processes at once.
 void abandon_processes(int exit_code);
 
 /// Leaves the other processes, before this one ends.

@@ -7,8 +7,8 @@
 
 #include "command_line.hpp"
 #include "formatted.hpp"
+#include "output_claim.hpp"
 #include "ranks.hpp"
-#include "signals.hpp"
 #include "verbosity.hpp"
 
 namespace tapestry::shell {

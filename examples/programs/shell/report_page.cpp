@@ -1,6 +1,5 @@
 #include "report_page.hpp"
 
-#include "base64.hpp"
 #include "build_facts.hpp"
 #include "command_line.hpp"
 #include "inputs_table.hpp"
@@ -109,7 +108,6 @@ std::vector<std::size_t> add_pictures(Json& data, ViewPictures pictures, std::si
   }
 }
 
-/// Largest size of a car in a page, bytes.
 constexpr std::size_t most_of_a_car = 1'500'000;
 
 /// Data for the page's script: the list, with the picture of each view, pictures and the car.
@@ -129,7 +127,6 @@ Json page_data(const ReportPage& page, std::size_t bytes) {
   return data;
 }
 
-/// The car to turn, or a link to its file.
 std::string car_html(const ReportPage& page) {
   if (page.glb.empty()) return {};
   if (page.glb.size() > most_of_a_car)
@@ -139,7 +136,6 @@ std::string car_html(const ReportPage& page) {
          "the arrow keys to turn it\"></canvas>\n";
 }
 
-/// The colours of the boxes in the pictures, with the names of their classes.
 std::string boxes_html(const ViewPictures& pictures) {
   std::map<std::string, Colour> classes;
   for (const auto& [words, all] : pictures.ways)

@@ -4,7 +4,6 @@
 
 namespace tapestry::shell {
 
-/// Views of a car in the shape that a run has optimised.
 class ReshapedViews {
  public:
   /// \param settings  of the views of the original car; here unpainted faces show their materials, since a

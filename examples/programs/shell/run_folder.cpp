@@ -93,8 +93,8 @@ void require_file_of(const std::string& folder, const std::string& file, const s
   for (const auto& entry : std::filesystem::directory_iterator(io::path_of(folder), no_folder))
     if (within.empty() && std::filesystem::exists(entry.path() / file, no_folder))
       within = ", such as " + entry.path().string();
-  throw FileError(ErrorKind::malformed, {folder, "", "no " + file + " in it",
-                                         "a folder that " + maker + " has written" + within, ""});
+  throw malformed_file(
+      {folder, "", "no " + file + " in it", "a folder that " + maker + " has written" + within, ""});
 }
 
 Json read_json_file(const std::string& path) {

@@ -24,13 +24,12 @@ void require_same_program(const std::string& program, const Json& manifest, cons
     return found != manifest.end() && found->is_string() ? found->get<std::string>() : std::string();
   };
   if (text("program") != program)
-    throw FileError(ErrorKind::mismatch, {manifest_path(folder), "", "the run of another program", program,
-                                          in_quotes(text("program"))});
+    throw file_mismatch(
+        {manifest_path(folder), "", "the run of another program", program, in_quotes(text("program"))});
   const std::string own = TAPESTRY_VERSION_TEXT;
   const std::string found = text("version");
   if (found.substr(0, found.rfind('.')) != own.substr(0, own.rfind('.')))
-    throw FileError(ErrorKind::mismatch,
-                    {manifest_path(folder), "", "the run of another version", own, in_quotes(found)});
+    throw file_mismatch({manifest_path(folder), "", "the run of another version", own, in_quotes(found)});
 }
 
 Json read_manifest(const std::string& folder, const std::string& program) {
@@ -42,7 +41,7 @@ Json read_manifest(const std::string& folder, const std::string& program) {
   const Json inputs = manifest.is_object() ? manifest.value("inputs", Json()) : Json();
   if (!inputs.is_array() || !std::all_of(inputs.begin(), inputs.end(), is_input) ||
       !manifest.contains("options"))
-    throw FileError(ErrorKind::malformed, {manifest_path(folder), "", "not the manifest of a run"});
+    throw malformed_file({manifest_path(folder), "", "not the manifest of a run"});
   require_same_program(program, manifest, folder);
   return manifest;
 }

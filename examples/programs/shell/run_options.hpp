@@ -90,10 +90,9 @@ void adopt_run_settings(const CLI::App& app, const RunOptions& options, const st
   const Json saved = read_manifest(options.output, program);
   std::vector<std::string> differing;
   (adopt_saved(app, saved["options"], path, settings, differing), ...);
-  std::string list;
-  for (const auto& name : differing) list += (list.empty() ? "" : ", ") + name;
-  if (!list.empty())
-    throw Error(ErrorKind::in_use, options.output + ": cannot resume with other settings: " + list);
+  if (!differing.empty())
+    throw Error(ErrorKind::in_use,
+                options.output + ": cannot resume with other settings: " + listed(differing));
   const std::string build = other_facts(saved, facts_of_bits);
   if (!build.empty() && !options.accepts_other_build)
     throw Error(ErrorKind::in_use, options.output + ": cannot resume to the same bits: " + build +

@@ -156,10 +156,9 @@ void require_inputs_of_run(const Json& options, const std::string& run, const Js
     for (const Json& path : value.is_array() ? value : Json::array({value}))
       if (path.is_string() && path != "" && is_read(path) && !is_there(path, ErrorKind::malformed)) {
         const std::string folder = text_in(manifest.value("begun_in", Json()), "folder");
-        throw FileError(ErrorKind::malformed,
-                        {path, "",
-                         "not there; it is --" + name + " of " + run +
-                             (folder.empty() ? "" : ", which began in " + folder) + "; " + remedy});
+        throw malformed_file({path, "",
+                              "not there; it is --" + name + " of " + run +
+                                  (folder.empty() ? "" : ", which began in " + folder) + "; " + remedy});
       }
   }
 }

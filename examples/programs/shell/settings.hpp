@@ -31,7 +31,6 @@ struct SceneSettings {
   std::string unpainted = "photo";
 };
 
-/// The detector and its thresholds.
 struct DetectorSettings {
   static constexpr const char* group = "Detector";
   std::string cfg;
@@ -47,7 +46,6 @@ struct DetectorSettings {
   std::string precision = "float";
 };
 
-/// Settings of the texture's optimisation.
 struct OptimisationSettings {
   static constexpr const char* group = "Optimisation";
   std::string method = "fca";
@@ -67,7 +65,6 @@ struct OptimisationSettings {
   std::uint64_t seed = 1;
 };
 
-/// Settings of the measurement at a run's end.
 struct SurveySettings {
   static constexpr const char* group = "Measurement";
   std::string controls = "all";
@@ -264,7 +261,6 @@ inline double scale_of(const SceneSettings& settings) {
   return io::parse_number(settings.scale, scale) ? scale : 0;
 }
 
-/// Whether --start names a file.
 inline bool is_texture_file(const std::string& start) { return start.ends_with(".npz"); }
 
 /// Requires that the numbers of settings lie in their ranges, and that words are among those in braces of
@@ -343,13 +339,12 @@ void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const
     }
     const bool lacks = saved.is_object() && !saved.contains(name);  // as in manifests of earlier versions
     if (!is_sound)
-      throw FileError(ErrorKind::malformed, {path, "", std::string("no sound setting '") + name + "'",
-                                             lacks ? "a run that this version began" : "", ""});
+      throw malformed_file({path, "", std::string("no sound setting '") + name + "'",
+                            lacks ? "a run that this version began" : "", ""});
   });
   ProblemList problems;
   require_sound(whole, problems);
-  if (!problems.problems().empty())
-    throw FileError(ErrorKind::malformed, {path, "", problems.problems().front().what()});
+  if (!problems.problems().empty()) throw malformed_file({path, "", problems.problems().front().what()});
   visit_settings(settings, [&](const char* name, auto& value, const auto&...) {
     using Value = std::remove_reference_t<decltype(value)>;
     Value previous{};

@@ -102,10 +102,10 @@ inline void require_description(const std::string& path, const Json& json) {
     if (painted != "all" && !painted.contains("faces_sha256"))
       (void)painted.at("materials").get<std::vector<std::string>>();
   } catch (const Json::exception& error) {
-    throw FileError(ErrorKind::malformed,
-                    {path, "", std::string("not the description of a texture: ") + json_fault(error.what())});
+    throw malformed_file(
+        {path, "", std::string("not the description of a texture: ") + json_fault(error.what())});
   } catch (const DomainError& error) {
-    throw FileError(ErrorKind::malformed, {path, "", error.what()});
+    throw malformed_file({path, "", error.what()});
   }
 }
 
@@ -116,9 +116,9 @@ inline std::string require_same_layout(const std::string& path, const Json& foun
   for (const auto& [name, fact] : expected.items()) {
     const Json other = found.value(name, Json());
     if (other != fact && name != "filter" && name != "pyramid")
-      throw FileError(ErrorKind::mismatch, {path, "", "the texture is laid on a car in another way: " + name,
-                                            fact.dump(-1, ' ', false, Json::error_handler_t::replace),
-                                            other.dump(-1, ' ', false, Json::error_handler_t::replace)});
+      throw file_mismatch({path, "", "the texture is laid on a car in another way: " + name,
+                           fact.dump(-1, ' ', false, Json::error_handler_t::replace),
+                           other.dump(-1, ' ', false, Json::error_handler_t::replace)});
   }
   const auto filter = [](const Json& json) { return json.value("filter", std::string()); };
   if (filter(found) == filter(expected)) return {};
@@ -147,10 +147,9 @@ inline std::optional<Json> read_texture_description(const std::string& png,
   require_description(path, json);
   const auto extent = [&](const char* name) { return json.value(name, std::size_t(0)); };
   if (std::array{extent("height"), extent("width")} != extents)
-    throw FileError(ErrorKind::mismatch,
-                    {path, "", "describes an atlas of other extents than " + png,
-                     std::to_string(extents[1]) + " x " + std::to_string(extents[0]),
-                     std::to_string(extent("width")) + " x " + std::to_string(extent("height"))});
+    throw file_mismatch({path, "", "describes an atlas of other extents than " + png,
+                         std::to_string(extents[1]) + " x " + std::to_string(extents[0]),
+                         std::to_string(extent("width")) + " x " + std::to_string(extent("height"))});
   return json;
 }
 

@@ -72,13 +72,13 @@ inline void restore_training(const std::string& path, const std::string& identit
   if (checkpoint.settings != identity)
     throw Error(ErrorKind::in_use, path + ": belongs to a run with other settings");
   if (checkpoint.state.parameter.shape() != training.parameter().shape())
-    throw FileError(ErrorKind::mismatch, {path, "", "its texture has another size than the run's",
-                                          std::to_string(training.parameter().shape(0)) + " texels",
-                                          std::to_string(checkpoint.state.parameter.shape(0))});
+    throw file_mismatch({path, "", "its texture has another size than the run's",
+                         std::to_string(training.parameter().shape(0)) + " texels",
+                         std::to_string(checkpoint.state.parameter.shape(0))});
   if (checkpoint.state.step > training.step_count())
-    throw FileError(ErrorKind::mismatch, {path, "", "more steps taken than the run has",
-                                          "at most " + std::to_string(training.step_count()),
-                                          std::to_string(checkpoint.state.step)});
+    throw file_mismatch({path, "", "more steps taken than the run has",
+                         "at most " + std::to_string(training.step_count()),
+                         std::to_string(checkpoint.state.step)});
   training.restore(std::move(checkpoint.state));
 }
 

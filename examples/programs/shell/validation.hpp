@@ -34,14 +34,14 @@ class Validation {
   void restore(const camouflage::Training<float>& training) {
     if (views_.empty() || training.steps_taken() < training.steps_per_epoch()) return;
     if (!is_there(path_, ErrorKind::malformed))
-      throw FileError(ErrorKind::malformed, {path_, "", "the best paint so far is missing"});
+      throw malformed_file({path_, "", "the best paint so far is missing"});
     const auto file = io::NpzFile::read(path_);
     best_ = file.array<float, 2>("parameter");
     const auto scores = file.array<double, 1>("scores");
     scores_.assign(scores.begin(), scores.end());
     if (best_.shape() != training.parameter().shape() ||
         scores_.size() < training.steps_taken() / training.steps_per_epoch())
-      throw FileError(ErrorKind::mismatch, {path_, "", "the best paint of another run"});
+      throw file_mismatch({path_, "", "the best paint of another run"});
   }
 
   /// Tries the paint if an epoch has just ended.

@@ -47,7 +47,6 @@ inline void remark(const std::string& line) {
   if (verbosity() != Verbosity::quiet) std::cout << printable(line) << '\n';
 }
 
-/// Peak memory of the process so far, MiB.
 inline double peak_mib() { return platform::process_cost().peak_mib; }
 
 /// With --verbose prints the process's time and memory on the error stream, how often its threads waited for

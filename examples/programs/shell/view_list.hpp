@@ -5,7 +5,6 @@
 
 namespace tapestry::shell {
 
-/// Facts about a view beside its measurements.
 struct ViewFacts {
   std::string name;
   double azimuth_deg;                    ///< of the camera; 0 in front of the car, 90 at its left
@@ -23,7 +22,6 @@ double car_share_of(const camouflage::View<float>& view);
 
 ViewFacts facts_of(const camouflage::View<float>& view);
 
-/// A measurement of some views, with a name.
 using NamedMeasurement = std::pair<std::string, const evaluate::Measurement*>;
 
 /// Measured views, each possibly several times.

@@ -139,6 +139,16 @@ class FileError : public Error {
   Details details_;
 };
 
+/// An error of a file that is unreadable, or not in the format that it claims.
+[[nodiscard]] inline FileError malformed_file(FileError::Details details) {
+  return {ErrorKind::malformed, std::move(details)};
+}
+
+/// An error of a file that is well-formed, but does not fit another.
+[[nodiscard]] inline FileError file_mismatch(FileError::Details details) {
+  return {ErrorKind::mismatch, std::move(details)};
+}
+
 namespace detail {
 template <class Extents>
 std::string to_text(const Extents& extents) {

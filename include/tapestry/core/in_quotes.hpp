@@ -1,5 +1,5 @@
 #pragma once
-#include <cstddef>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -58,14 +58,13 @@ namespace detail {
   return quoted += word.size() > 40 ? "…'" : "'";
 }
 
-namespace detail {
 /// Words with ", " between them, for messages.
-template <class Words>
-[[nodiscard]] std::string listed(const Words& words) {
+/// \param word_of  returns the word of an entry, or is the member that holds it
+template <class Entries, class WordOf = std::identity>
+[[nodiscard]] std::string listed(const Entries& entries, WordOf word_of = {}) {
   std::string list;
-  for (const std::string_view word : words) (list += list.empty() ? "" : ", ") += word;
+  for (const auto& entry : entries) (list += list.empty() ? "" : ", ") += std::invoke(word_of, entry);
   return list;
 }
-}  // namespace detail
 
 }  // namespace tapestry

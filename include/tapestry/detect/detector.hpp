@@ -12,7 +12,7 @@
 /// A head has a grid of cells. Each candidate of a cell has a box, class scores and, in most families, an
 /// objectness, see DecodeFamily. Losses take the raw logits; everything up to these has derivatives.
 ///
-/// Read next: head.hpp, input_encoding.hpp, box_decode.hpp, suppression.hpp.
+/// Read next: head.hpp, detector_description.hpp, box_decode.hpp, suppression.hpp.
 
 namespace tapestry::detect {
 

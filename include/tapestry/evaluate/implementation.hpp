@@ -6,11 +6,9 @@
 #include <tapestry/evaluate/implementation/dataset/coco.hpp>
 #include <tapestry/evaluate/implementation/dataset/folders.hpp>
 #include <tapestry/evaluate/implementation/detection_rate.hpp>
-#include <tapestry/evaluate/implementation/fate.hpp>
 #include <tapestry/evaluate/implementation/matched_noise.hpp>
 #include <tapestry/evaluate/implementation/measurement.hpp>
 #include <tapestry/evaluate/implementation/paired_bootstrap.hpp>
-#include <tapestry/evaluate/implementation/picture_noise.hpp>
 #include <tapestry/evaluate/implementation/protocol_cells.hpp>
 #include <tapestry/evaluate/implementation/two_level_difference.hpp>
 #include <tapestry/evaluate/implementation/views.hpp>

@@ -154,11 +154,10 @@ template <std::predicate<const std::filesystem::path&> Accepts>
     if (accepts(entry->path())) paths.push_back(entry->path().string());
   if (error == std::errc::not_enough_memory) throw std::bad_alloc();
   if (error)
-    throw FileError(ErrorKind::malformed,
-                    {folder, "",
-                     "cannot list the folder: " + error.message() +
-                         (error == std::errc::not_a_directory ? "; give the folder that it lies in"
-                                                              : path_remedy(folder))});
+    throw malformed_file({folder, "",
+                          "cannot list the folder: " + error.message() +
+                              (error == std::errc::not_a_directory ? "; give the folder that it lies in"
+                                                                   : path_remedy(folder))});
   std::sort(paths.begin(), paths.end());
   return paths;
 }

@@ -10,13 +10,11 @@
 #include <tapestry/io/implementation/darknet/weight_file.hpp>
 #include <tapestry/io/implementation/detector_description.hpp>
 #include <tapestry/io/implementation/detector_file.hpp>
-#include <tapestry/io/implementation/detector_metadata.hpp>
 #include <tapestry/io/implementation/exported_names.hpp>
 #include <tapestry/io/implementation/file_source.hpp>
 #include <tapestry/io/implementation/frame_file.hpp>
 #include <tapestry/io/implementation/glb.hpp>
 #include <tapestry/io/implementation/image_file.hpp>
-#include <tapestry/io/implementation/input_ledger.hpp>
 #include <tapestry/io/implementation/jpeg.hpp>
 #include <tapestry/io/implementation/jpeg_file.hpp>
 #include <tapestry/io/implementation/json.hpp>

@@ -16,9 +16,9 @@ struct JpegHeader {
 namespace detail {
 
 /// Walks over the segments of a JPEG up to its picture data.
-class JpegScan {
+class JpegScan : PictureBytes {
  public:
-  JpegScan(std::string_view file, const std::string& path) : file_(file), path_(path) {}
+  using PictureBytes::PictureBytes;
 
   [[nodiscard]] JpegHeader scan() {
     for (std::size_t at = 2;;) {
@@ -46,19 +46,13 @@ class JpegScan {
     return static_cast<unsigned char>(file_[at]);
   }
 
-  [[noreturn]] void fail(std::size_t at, const std::string& what, const std::string& expected = "",
-                         const std::string& found = "", ErrorKind kind = ErrorKind::malformed) const {
-    throw FileError(kind, {path_, "@" + std::to_string(at), what, expected, found});
-  }
-
-  void read_exif(const ExifReader& exif) {
-    header_.orientation = exif.orientation();
-    header_.focal_length_35mm = exif.focal_length_35mm();
-  }
-
   void read_segment(unsigned marker, std::size_t at, std::string_view content) {
     using namespace std::string_view_literals;
-    if (marker == 0xE1 && content.starts_with("Exif\0\0"sv)) read_exif(ExifReader(content.substr(6)));
+    if (marker == 0xE1 && content.starts_with("Exif\0\0"sv)) {
+      const ExifReader exif(content.substr(6));
+      header_.orientation = exif.orientation();
+      header_.focal_length_35mm = exif.focal_length_35mm();
+    }
     const bool is_frame =
         marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
     if (!is_frame) return;
@@ -81,8 +75,6 @@ class JpegScan {
            std::to_string(header_.width) + " x " + std::to_string(header_.height), ErrorKind::limit);
   }
 
-  std::string_view file_;
-  const std::string& path_;
   JpegHeader header_;
 };
 
@@ -102,6 +94,27 @@ JpegComplaint decode_jpeg(std::string_view file, const JpegHeader& header, bool 
 /// RGB of CMYK as Adobe's programs store it, inverted: K · C / 255 and so on, rounded.
 [[nodiscard]] Array<std::uint8_t, 3> rgb_of_inverted_cmyk(const Array<std::uint8_t, 3>& cmyk);
 }  // namespace detail
+
+/// A picture, [H, W, C], turned upright by its EXIF orientation. 1 returns it without a copy, 2 mirrors it
+/// left to right, 4 top to bottom, and 3 turns it by half a circle. 5 to 8 exchange rows and columns; 6 turns
+/// it clockwise by a quarter, 8 counterclockwise.
+template <class Element>
+[[nodiscard]] Array<Element, 3> turned_upright(Array<Element, 3> stored, int orientation) {
+  if (orientation == 1) return stored;
+  const auto [rows, columns, channels] = stored.shape();
+  const bool exchanges = orientation >= 5;
+  const bool from_right = orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8;
+  const bool from_bottom = orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7;
+  Array<Element, 3> upright(Extents<3>{exchanges ? columns : rows, exchanges ? rows : columns, channels});
+  for (std::size_t y = 0; y < rows; ++y)
+    for (std::size_t x = 0; x < columns; ++x) {
+      const std::size_t row = from_bottom ? rows - 1 - y : y;
+      const std::size_t column = from_right ? columns - 1 - x : x;
+      for (std::size_t c = 0; c < channels; ++c)
+        upright(exchanges ? column : row, exchanges ? row : column, c) = stored(y, x, c);
+    }
+  return upright;
+}
 
 /// Whether a file is a JPEG by its first bytes.
 [[nodiscard]] inline bool is_jpeg(std::string_view file) { return file.starts_with("\xff\xd8\xff"); }

@@ -1,4 +1,5 @@
 #pragma once
+#include <map>
 #include <tapestry/core/array.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/detail/npy_header.hpp>
@@ -27,10 +28,10 @@ struct NpyArray {
   template <class Element, std::size_t Rank>
   [[nodiscard]] Array<Element, Rank> array() const {
     if (shape.size() != Rank)
-      throw FileError(ErrorKind::mismatch, {.path = origin,
-                                            .what = "array has another number of axes",
-                                            .expected = std::to_string(Rank),
-                                            .found = shape_text(shape)});
+      throw file_mismatch({.path = origin,
+                           .what = "array has another number of axes",
+                           .expected = std::to_string(Rank),
+                           .found = shape_text(shape)});
     Extents<Rank> extents{};
     std::copy(shape.begin(), shape.end(), extents.begin());
     Array<Element, Rank> result(extents);
@@ -74,10 +75,10 @@ Element element_as(From value, const NpyArray& array) {
   if constexpr (std::integral<Element> && std::integral<From> && !std::same_as<Element, bool> &&
                 !std::same_as<From, bool>) {
     if (!std::in_range<Element>(value))
-      throw FileError(ErrorKind::mismatch, {.path = array.origin,
-                                            .what = "a value does not fit",
-                                            .expected = std::string(type_name(type_of<Element>())),
-                                            .found = std::to_string(value)});
+      throw file_mismatch({.path = array.origin,
+                           .what = "a value does not fit",
+                           .expected = std::string(type_name(type_of<Element>())),
+                           .found = std::to_string(value)});
   }
   return static_cast<Element>(value);
 }
@@ -91,10 +92,10 @@ template <class Element>
 std::vector<Element> NpyArray::as() const {
   constexpr bool to_integer = std::integral<Element>;
   if (to_integer && (type == DType::f4 || type == DType::f8))
-    throw FileError(ErrorKind::mismatch, {.path = origin,
-                                          .what = "array has another element type",
-                                          .expected = std::string(type_name(detail::type_of<Element>())),
-                                          .found = std::string(type_name(type))});
+    throw file_mismatch({.path = origin,
+                         .what = "array has another element type",
+                         .expected = std::string(type_name(detail::type_of<Element>())),
+                         .found = std::string(type_name(type))});
   std::vector<Element> values(size());
   detail::visit_type(type, [&]<class From>(From) {
     if constexpr (!to_integer || std::integral<From>) {
@@ -135,6 +136,13 @@ class NpzFile {
   [[nodiscard]] static NpzFile parse(std::string_view bytes, const std::string& path,
                                      const ZipLimits& limits = {});
 
+  /// Without arrays, for readers of other files, which add() them by different names.
+  explicit NpzFile(std::string path) : path_(std::move(path)) {}
+  void add(const std::string& name, NpyArray array) {
+    names_.push_back(name);
+    arrays_.emplace(name, std::move(array));
+  }
+
   [[nodiscard]] const std::string& path() const { return path_; }
   /// Names of the arrays, without .npy.
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
@@ -154,8 +162,7 @@ class NpzFile {
 
   std::string path_;
   std::vector<std::string> names_;
-  std::vector<NpyArray> arrays_;
-  NameNumbers numbers_;  ///< number of each name; names in an archive are unique
+  std::map<std::string, NpyArray, std::less<>> arrays_;  ///< names in an archive are unique
 };
 
 /// Collects arrays and writes them as one .npz file that NumPy can load. Takes memory of twice the file.

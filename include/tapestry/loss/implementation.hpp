@@ -5,7 +5,6 @@
 #include <tapestry/loss/implementation/adversarial_names.hpp>
 #include <tapestry/loss/implementation/adversarial_terms.hpp>
 #include <tapestry/loss/implementation/attention.hpp>
-#include <tapestry/loss/implementation/class_cost.hpp>
 #include <tapestry/loss/implementation/cross_entropy.hpp>
 #include <tapestry/loss/implementation/dynamic_match.hpp>
 #include <tapestry/loss/implementation/mesh_regularity.hpp>

@@ -5,7 +5,6 @@
 #include <tapestry/nn/implementation/network/description.hpp>
 #include <tapestry/nn/implementation/network/network.hpp>
 #include <tapestry/nn/implementation/network/network_pass.hpp>
-#include <tapestry/nn/implementation/network/operator_checks.hpp>
 #include <tapestry/nn/implementation/network/operators.hpp>
 #include <tapestry/nn/implementation/network/program_builder.hpp>
 #include <tapestry/nn/implementation/network/program_parts.hpp>

@@ -11,10 +11,8 @@
 #include <tapestry/raster/implementation/mip_pyramid.hpp>
 #include <tapestry/raster/implementation/outline_crossings.hpp>
 #include <tapestry/raster/implementation/photographed_light.hpp>
-#include <tapestry/raster/implementation/pixel_faces.hpp>
 #include <tapestry/raster/implementation/raster_kernels.hpp>
 #include <tapestry/raster/implementation/scene.hpp>
-#include <tapestry/raster/implementation/seen_edges.hpp>
 #include <tapestry/raster/implementation/texture.hpp>
 #include <tapestry/raster/implementation/texture_charts.hpp>
 #include <tapestry/raster/implementation/texture_operator.hpp>

@@ -4,7 +4,6 @@
 
 namespace tapestry::shell {
 
-/// Results of one texture in the pictures of all seeds.
 struct ComparedTexture {
   evaluate::DetectionRate rate{};
   double mean_best_confidence = 0;  ///< mean over the seeds
@@ -53,7 +52,6 @@ struct Comparison {
   std::map<std::string, std::map<std::string, std::string>> made_by{};
 };
 
-/// Whether some cell has the noise that is drawn in each picture.
 inline bool has_picture_noise(const Comparison& comparison) {
   return std::ranges::any_of(comparison.rows, [](const ComparedRow& row) {
     return std::ranges::any_of(row.cells, [](const auto& cell) { return cell && cell->picture_noise; });
@@ -62,7 +60,6 @@ inline bool has_picture_noise(const Comparison& comparison) {
 
 namespace detail {
 
-/// Measurements of one column, one for each seed.
 struct ColumnMeasurements {
   std::string name;
   std::vector<std::pair<const MeasuredFolder*, MeasuredPart>> seeds;
@@ -106,7 +103,6 @@ inline std::vector<bool> found_in_seeds(const ColumnMeasurements& column, std::s
   return found;
 }
 
-/// Results of a texture over all seeds of a column.
 inline ComparedTexture compared_texture(const ColumnMeasurements& column, std::size_t texture) {
   ComparedTexture compared;
   std::vector<evaluate::ViewOutcome> fates;
@@ -241,7 +237,6 @@ inline ComparedCell compared_cell(const ColumnMeasurements& column) {
   return cell;
 }
 
-/// Results of a folder in a column.
 inline const MeasuredContent& content_of(const MeasuredFolder& folder, const std::string& column) {
   if (!folder.protocol.on_photographs) return folder.contents.front();
   const auto& columns = folder.protocol.table.columns;

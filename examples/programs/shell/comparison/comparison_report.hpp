@@ -112,7 +112,6 @@ inline std::vector<TextureLine> texture_lines(const Comparison& comparison) {
   return lines;
 }
 
-/// A table with a column for each of the comparison's.
 inline WordTable table_by_column(const Comparison& comparison, const std::string& title) {
   WordTable table{title, comparison.columns};
   table.header.insert(table.header.begin(), "");
@@ -247,11 +246,9 @@ inline std::vector<std::string> contradictions(const Comparison& comparison) {
       const auto value = [&](const ComparedRow* row) { return of_cell(*row->cells[column]); };
       auto sorted = rows;
       std::ranges::stable_sort(sorted, std::greater{}, value);
-      std::string order;
-      for (const ComparedRow* row : sorted) order += (order.empty() ? "" : ", ") + row->name;
       for (std::size_t i = 0; i < rows.size(); ++i)
         times_first[i] += value(rows[i]) == value(sorted.front()) ? 1U : 0U;
-      text += std::string(text.empty() ? "" : "; ") + "by " + name + " " + order;
+      text += std::string(text.empty() ? "" : "; ") + "by " + name + " " + listed(sorted, &ComparedRow::name);
     }
     if (!rows.empty() && std::ranges::find(times_first, measures.size()) == times_first.end())
       sentences.push_back(comparison.columns[column] + ": the measures rank different rows first; " + text +

@@ -7,7 +7,6 @@
 
 namespace tapestry::shell {
 
-/// A folder that evaluate --protocol has written.
 struct MeasuredFolder {
   std::string path;
   Protocol protocol;
@@ -32,7 +31,7 @@ Value member_of(const Json& json, const char* name, const std::string& path) {
   try {
     return json.at(name).get<Value>();
   } catch (const nlohmann::json::exception&) {
-    throw FileError(ErrorKind::malformed, {path, "", std::string("no ") + name + " of a measurement"});
+    throw malformed_file({path, "", std::string("no ") + name + " of a measurement"});
   }
 }
 
@@ -75,7 +74,6 @@ inline ReadFiles by_content(ReadFiles files) {
   return files;
 }
 
-/// The files of a list of paths and hashes.
 inline ReadFiles files_of(const Json& list, const std::string& path) {
   ReadFiles files;
   for (const Json& file : list)
@@ -108,8 +106,8 @@ inline std::vector<MeasuredContent> contents_of(const Json& json, const SavedMea
   for (const auto& texture : paint) shared.camouflage += texture.sha256;
   const auto require_any = [&](const ReadFiles& files, const std::string& role) {
     if (files.empty())
-      throw FileError(ErrorKind::malformed,
-                      {path, "", "its ledger does not tell what was read as " + role + "; measure it again"});
+      throw malformed_file(
+          {path, "", "its ledger does not tell what was read as " + role + "; measure it again"});
   };
   if (json.contains("run")) require_any(shared.attacked, "detector by its run");
   std::vector<MeasuredContent> contents;
@@ -169,9 +167,8 @@ inline void require_paint_of_run(const Json& settings, const std::string& run, c
     if (written.is_string() && written != file.sha256 &&
         !std::ranges::any_of(changed,
                              [&](const Json& input) { return input.value("path", "") == file.path; }))
-      throw FileError(ErrorKind::mismatch,
-                      {path, "", "measured a " + file.path + " that is not of " + run,
-                       "SHA-256 " + written.get<std::string>(), "SHA-256 " + file.sha256});
+      throw file_mismatch({path, "", "measured a " + file.path + " that is not of " + run,
+                           "SHA-256 " + written.get<std::string>(), "SHA-256 " + file.sha256});
 }
 
 }  // namespace detail

@@ -4,7 +4,6 @@
 
 namespace tapestry::shell {
 
-/// A file of a ledger.
 struct ReadFile {
   std::string path, sha256;
 

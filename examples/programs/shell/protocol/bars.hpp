@@ -62,7 +62,6 @@ Panel bar_panel(const Protocol& protocol, const ProtocolResult& result, const Ba
   return {350, 236, svg};
 }
 
-/// Legend of the bars.
 inline Legend bar_legend(const ProtocolResult& result) {
   Legend legend{{}, "bars: frames in which the car is found (P@0.5); lines: 95 % intervals (Wilson)"};
   for (const std::size_t texture : result.shown_textures())

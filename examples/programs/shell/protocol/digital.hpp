@@ -5,7 +5,6 @@
 
 namespace tapestry::shell {
 
-/// Number of photographs with --quick.
 inline constexpr std::size_t quick_photographs = 20;
 
 /// A cell for each detector, which measures every photograph, one detector after another.

@@ -6,7 +6,6 @@
 
 namespace tapestry::shell {
 
-/// Another program's detections in the pictures of a protocol.
 struct ForeignRequest {
   std::string pictures, detections;  ///< folder and file
   double confidence = 0.25;          ///< a detection's must be above it
@@ -97,7 +96,7 @@ inline int evaluate_foreign_protocol(const ForeignRequest& request, const Export
   remark("written: " + request.output + "/" + protocol.name + ".html");
   return 0;
 } catch (const Json::exception& error) {
-  throw FileError(ErrorKind::malformed, {instances_path(request.pictures), "", json_fault(error.what())});
+  throw malformed_file({instances_path(request.pictures), "", json_fault(error.what())});
 }
 
 }  // namespace tapestry::shell

@@ -35,9 +35,9 @@ inline evaluate::ProtocolOutcomes read_outcomes(const std::string& path, std::si
     constexpr std::size_t rank = std::tuple_size_v<typename Values::shape_type>;
     auto saved = file.array<typename Values::value_type, rank>(name);
     if (saved.shape() != array.shape())
-      throw FileError(ErrorKind::mismatch,
-                      {path, "", "outcomes of another measurement",
-                       std::to_string(frames) + " frames of " + std::to_string(textures) + " textures", ""});
+      throw file_mismatch({path, "", "outcomes of another measurement",
+                           std::to_string(frames) + " frames of " + std::to_string(textures) + " textures",
+                           ""});
     array = std::move(saved);
     if constexpr (std::is_floating_point_v<typename Values::value_type>)
       are_values &=
@@ -47,11 +47,10 @@ inline evaluate::ProtocolOutcomes read_outcomes(const std::string& path, std::si
   if (!are_values || !std::ranges::all_of(outcomes.state.storage(), at_most(2)) ||
       !std::ranges::all_of(outcomes.found.storage(), at_most(1)) ||
       !std::ranges::all_of(outcomes.fate.storage(), at_most(evaluate::fate_names.size() - 1)))
-    throw FileError(ErrorKind::malformed, {path, "", "values that no measurement has"});
+    throw malformed_file({path, "", "values that no measurement has"});
   return outcomes;
 }
 
-/// Sets the outcome of the picture of a frame with the texture of a column.
 inline void set_result(evaluate::ProtocolOutcomes& outcomes, std::size_t frame, std::size_t column,
                        const evaluate::ViewResult& result) {
   outcomes.found(frame, column) = result.found ? 1 : 0;
@@ -76,7 +75,6 @@ struct FrameViews {
   camouflage::View<float> original;
   std::optional<camouflage::View<float>> reshaped{};
 
-  /// Whether a part of the car is visible, in each of its shapes.
   [[nodiscard]] bool show_car() const {
     return original.visible_pixels > 0 && (!reshaped || reshaped->visible_pixels > 0);
   }
@@ -169,7 +167,6 @@ class ProtocolMeasurement {
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// Number of a frame's view.
   [[nodiscard]] std::size_t view_of(std::size_t frame) const {
     return protocol_.view_of ? protocol_.view_of(frame) : frame;
   }

@@ -5,7 +5,6 @@
 
 namespace tapestry::shell {
 
-/// Note on a run that has moved the car's shape.
 inline std::string note_on_shape(const Protocol& protocol) {
   std::string note =
       "Shape: the camouflage and its controls are on the car in the shape that the run has optimised, clean "
@@ -19,7 +18,6 @@ inline std::string note_on_shape(const Protocol& protocol) {
                      : " The car's share of a picture is that of the original car.");
 }
 
-/// Notes on the frames that were measured.
 inline std::vector<std::string> notes_on_frames(const Protocol& protocol, const ProtocolResult& result,
                                                 const ProtocolRequest& request, bool is_reshaped) {
   const auto number = evaluate::detail::short_number;
@@ -58,7 +56,6 @@ inline std::vector<std::string> notes_on_frames(const Protocol& protocol, const 
   return notes;
 }
 
-/// Notes on the effects and their intervals.
 inline std::vector<std::string> notes_on_effects(const ProtocolResult& result,
                                                  const ProtocolRequest& request) {
   std::vector<std::string> notes{
@@ -87,7 +84,6 @@ inline std::vector<std::string> notes_on_effects(const ProtocolResult& result,
   return notes;
 }
 
-/// Note on what counts as found.
 inline std::string note_on_found(const DetectorSettings& detector) {
   const auto number = evaluate::detail::short_number;
   return (detector.precision == "float" ? "" : "Detectors run in " + detector.precision + ". ") +

@@ -31,7 +31,6 @@ struct ProtocolSection {
   double car_share = 0;                                       ///< of the pictures, mean
 };
 
-/// Results of a protocol.
 struct ProtocolResult {
   std::vector<std::string> textures;  ///< names; the clean one first, then the camouflage, if there is one
   bool has_camouflage = false;
@@ -45,7 +44,6 @@ struct ProtocolResult {
   std::vector<std::pair<std::string, std::string>>
       pictures{};  ///< descriptions, and the bytes of their PNG files
 
-  /// Names of the classes of a section's detector.
   [[nodiscard]] const std::vector<std::string>& names_of(std::size_t section) const {
     return class_names.at(std::min(section, class_names.size() - 1));
   }
@@ -61,10 +59,7 @@ struct ProtocolResult {
     return shown;
   }
   [[nodiscard]] std::string shown_names() const {
-    std::string names;
-    for (const std::size_t texture : shown_textures())
-      names += (names.empty() ? "" : ", ") + textures[texture];
-    return names;
+    return listed(shown_textures(), [&](std::size_t texture) { return textures[texture]; });
   }
 };
 

@@ -7,7 +7,6 @@
 
 namespace tapestry::shell {
 
-/// Surroundings of the car in a protocol's pictures.
 enum class Surroundings : std::uint8_t { plain, streets, photographs };
 
 /// A protocol's name, a sentence for help, and the function that makes it from settings and a seed.
@@ -43,7 +42,6 @@ inline const ProtocolEntry& protocol_by_name(const std::string& name) {
   throw Error(ErrorKind::usage, "--protocol is '" + name + "', which is unknown");
 }
 
-/// Whether there is a protocol with this name whose pictures have these surroundings.
 inline bool has_surroundings(const std::string& name, Surroundings surroundings) {
   return std::ranges::any_of(protocols(), [&](const ProtocolEntry& entry) {
     return entry.name == name && entry.surroundings == surroundings;

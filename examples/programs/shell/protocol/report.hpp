@@ -1,6 +1,5 @@
 #pragma once
 
-#include "../base64.hpp"
 #include "../csv.hpp"
 #include "../inputs_table.hpp"
 #include "../page.hpp"
@@ -10,7 +9,6 @@
 
 namespace tapestry::shell {
 
-/// Tables of whole sections.
 inline std::vector<WordTable> section_tables(const Protocol& protocol, const ProtocolResult& result) {
   std::vector<WordTable> tables;
   for (const auto& section : result.sections)
@@ -22,7 +20,6 @@ inline std::vector<WordTable> section_tables(const Protocol& protocol, const Pro
   return tables;
 }
 
-/// Text for the terminal.
 inline std::string protocol_text(const Protocol& protocol, const ProtocolResult& result,
                                  const std::vector<std::string>& notes) {
   std::string text;
@@ -59,13 +56,6 @@ inline std::string protocol_markdown(const Protocol& protocol, const ProtocolRes
   for (const auto& words : findings(protocol, result)) text += "**" + markdown_escaped(words) + "**\n\n";
   for (const auto& note : notes) text += "- " + markdown_escaped(note) + "\n";
   return text + "- Every cell with every texture: " + protocol.name + ".csv.\n";
-}
-
-/// The tables for a paper, which needs the package booktabs.
-inline std::string protocol_latex(const Protocol& protocol, const ProtocolResult& result) {
-  std::string text;
-  for (const auto& table : all_tables(protocol, result)) text += latex_of(table);
-  return text;
 }
 
 inline std::string csv_row(const std::string& name, const evaluate::Cell& cell, const ProtocolResult& result,

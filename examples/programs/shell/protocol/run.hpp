@@ -71,7 +71,7 @@ inline void settle_folder(const std::string& folder, const Json& settings) {
   if (!saved.is_object() || saved.value("program", Json()) != "evaluate" || !saved.contains("version") ||
       !saved.contains("protocol") || !saved.contains("options") || !saved["options"].is_object() ||
       !saved.contains("inputs") || !saved["inputs"].is_array())
-    throw FileError(ErrorKind::malformed, {path, "", "not the settings of a measurement of evaluate"});
+    throw malformed_file({path, "", "not the settings of a measurement of evaluate"});
   saved.erase("begun_in");
   for (const auto& fact : facts_of_bits)
     if (!saved.contains(fact)) saved[fact] = settings[fact];      // not stated by earlier versions
@@ -99,7 +99,9 @@ inline void write_report(const std::string& folder, const Protocol& protocol, co
   write_text(stem + ".csv", protocol_csv(protocol, result));
   write_text(stem + ".json", report_text(protocol_json(protocol, result, notes, settings)));
   write_text(stem + ".md", protocol_markdown(protocol, result, notes));
-  write_text(stem + ".tex", protocol_latex(protocol, result));
+  std::string latex;  // which needs the package booktabs
+  for (const auto& table : all_tables(protocol, result)) latex += latex_of(table);
+  write_text(stem + ".tex", latex);
   write_text(stem + ".svg", figure_svg(protocol.figure(protocol, result)));
   write_text(stem + ".html", protocol_html(protocol, result, notes, shown, settings["inputs"]));
 }

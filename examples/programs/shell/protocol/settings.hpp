@@ -5,7 +5,6 @@
 
 namespace tapestry::shell {
 
-/// Draws of matched noise that --noise-draws allows.
 inline constexpr std::size_t most_noise_draws = 1000;
 
 /// The paper's measurement to repeat, and its settings.

@@ -56,7 +56,6 @@ inline WordTable share_grid(const Protocol& protocol, const ProtocolResult& resu
   });
 }
 
-/// All textures over the frames of a section.
 inline WordTable summary_table(const Protocol& protocol, const ProtocolResult& result,
                                const ProtocolSection& section) {
   WordTable table{protocol.title + ": " + section.name,
@@ -114,7 +113,6 @@ inline WordTable effect_table(const ProtocolResult& result) {
   return table;
 }
 
-/// Share of the attention that lies on the car with each texture.
 inline WordTable attention_table(const ProtocolResult& result, const ProtocolSection& section) {
   WordTable table{"attention on the car, % of the heat map: " + section.name + " (the car covers " +
                       fixed(100 * section.car_share, 1) + " % of the picture)",
@@ -127,7 +125,6 @@ inline WordTable attention_table(const ProtocolResult& result, const ProtocolSec
   return table;
 }
 
-/// P@0.5 of all textures at other thresholds of confidence.
 inline WordTable sweep_table(const ProtocolResult& result, const ProtocolSection& section) {
   WordTable table{"P@0.5 by confidence threshold, %: " + section.name, {"texture"}};
   for (const double threshold : swept_thresholds)
@@ -141,7 +138,6 @@ inline WordTable sweep_table(const ProtocolResult& result, const ProtocolSection
   return table;
 }
 
-/// The name of a cell.
 inline std::string cell_name(const Protocol& protocol, std::size_t cell) {
   const auto& table = protocol.table;
   return table.row_title + " " + table.rows[cell / table.columns.size()] + ", " + table.column_title + " " +
@@ -184,7 +180,6 @@ inline std::string effect_kept_text(const Protocol& protocol, const ProtocolResu
          interval_text(interval, 100, 0) + " of the effect on mean best confidence that it has " + second;
 }
 
-/// The verdict on each section of a camouflage's results.
 inline std::vector<std::string> verdicts(const ProtocolResult& result) {
   std::vector<std::string> sentences;
   for (std::size_t i = 0; i < result.sections.size() && result.has_camouflage; ++i) {

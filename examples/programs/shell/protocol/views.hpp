@@ -79,8 +79,7 @@ class PolarPanel {
 };
 
 inline Figure views_figure(const Protocol& protocol, const ProtocolResult& result) {
-  std::string rings;
-  for (const auto& distance : protocol.table.columns) rings += (rings.empty() ? "" : ", ") + distance;
+  const std::string rings = listed(protocol.table.columns);
   Figure figure{
       "Where the detector finds the car",
       {},

@@ -9,9 +9,8 @@ namespace detail {
 inline void require_rows_of_3(const std::string& path, const char* wrong, std::size_t count,
                               const Array<float, 2>& found) {
   if (found.shape(0) == count && found.shape(1) == 3) return;
-  throw FileError(ErrorKind::mismatch,
-                  {path, "", wrong, io::shape_text(std::vector<std::size_t>{count, 3}),
-                   io::shape_text(std::vector<std::size_t>{found.shape(0), found.shape(1)})});
+  throw file_mismatch({path, "", wrong, io::shape_text(std::vector<std::size_t>{count, 3}),
+                       io::shape_text(std::vector<std::size_t>{found.shape(0), found.shape(1)})});
 }
 
 }  // namespace detail
@@ -23,18 +22,18 @@ Paint<float> read_paint(const std::string& path, std::size_t texel_count) {
   detail::require_rows_of_3(path, "the texture does not fit the car", texel_count, colours);
   for (std::size_t i = 0; i < colours.size(); ++i)
     if (!(colours.data()[i] >= 0 && colours.data()[i] <= 1))
-      throw FileError(ErrorKind::malformed, {path, "", "colour " + std::to_string(i), "a number in 0 to 1",
-                                             std::to_string(colours.data()[i])});
+      throw malformed_file(
+          {path, "", "colour " + std::to_string(i), "a number in 0 to 1", std::to_string(colours.data()[i])});
   if (!file.has("painted")) return paint;
   const auto painted = file.array<std::uint8_t, 1>("painted");
   if (painted.size() != texel_count)
-    throw FileError(ErrorKind::mismatch, {path, "", "painted does not fit the car",
-                                          io::shape_text(std::vector<std::size_t>{texel_count}),
-                                          io::shape_text(std::vector<std::size_t>{painted.size()})});
+    throw file_mismatch({path, "", "painted does not fit the car",
+                         io::shape_text(std::vector<std::size_t>{texel_count}),
+                         io::shape_text(std::vector<std::size_t>{painted.size()})});
   for (std::size_t i = 0; i < painted.size(); ++i)
     if (painted(i) > 1)
-      throw FileError(ErrorKind::malformed, {path, "", "painted, texel " + std::to_string(i), "0 or 1",
-                                             std::to_string(painted(i))});
+      throw malformed_file(
+          {path, "", "painted, texel " + std::to_string(i), "0 or 1", std::to_string(painted(i))});
   if (std::ranges::find(painted.storage(), 0) != painted.storage().end())
     paint.painted.assign(painted.begin(), painted.end());
   return paint;
@@ -47,8 +46,8 @@ Array<float, 2> read_offsets(const std::string& path, std::size_t position_count
   detail::require_rows_of_3(path, "the shape does not fit the car", position_count, offsets);
   for (std::size_t i = 0; i < offsets.size(); ++i)
     if (!(std::abs(offsets.data()[i]) <= 1))
-      throw FileError(ErrorKind::malformed, {path, "", "offset " + std::to_string(i), "a number in -1 to 1",
-                                             std::to_string(offsets.data()[i])});
+      throw malformed_file({path, "", "offset " + std::to_string(i), "a number in -1 to 1",
+                            std::to_string(offsets.data()[i])});
   return offsets;
 }
 

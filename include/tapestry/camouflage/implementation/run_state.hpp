@@ -16,23 +16,22 @@ template <std::floating_point T>
 void require_sound_state(const std::string& path, const TrainingState<T>& state) {
   const auto require = [&](const char* name, std::span<const T> values, double lowest) {
     if (values.size() != state.parameter.size())
-      throw FileError(ErrorKind::mismatch,
-                      {path, "", std::string(name) + " does not fit the parameter",
-                       std::to_string(state.parameter.size()) + " values", std::to_string(values.size())});
+      throw file_mismatch({path, "", std::string(name) + " does not fit the parameter",
+                           std::to_string(state.parameter.size()) + " values",
+                           std::to_string(values.size())});
     for (const T value : values)
       if (!(std::isfinite(value) && static_cast<double>(value) >= lowest))
-        throw FileError(
-            ErrorKind::malformed,
-            {path, "", std::string(name) + " holds what no training comes to",
-             lowest < 0 ? "finite numbers" : "finite numbers of at least 0", std::to_string(value)});
+        throw malformed_file({path, "", std::string(name) + " holds what no training comes to",
+                              lowest < 0 ? "finite numbers" : "finite numbers of at least 0",
+                              std::to_string(value)});
   };
   constexpr double any = std::numeric_limits<double>::lowest();
   require("parameter", {state.parameter.data(), state.parameter.size()}, any);
   require("adam_first_moment", state.adam.first_moment, any);
   require("adam_second_moment", state.adam.second_moment, 0);
   if (state.adam.step != state.step)
-    throw FileError(ErrorKind::mismatch, {path, "", "adam_step does not fit the step number",
-                                          std::to_string(state.step), std::to_string(state.adam.step)});
+    throw file_mismatch({path, "", "adam_step does not fit the step number", std::to_string(state.step),
+                         std::to_string(state.adam.step)});
 }
 
 }  // namespace detail
@@ -60,14 +59,13 @@ Checkpoint<T> read_checkpoint(const std::string& path) {
   const auto file = io::NpzFile::read(path);
   const auto number = [&](const char* name) {
     const auto values = file.get(name).template as<std::uint64_t>();
-    if (values.size() != 1)
-      throw FileError(ErrorKind::mismatch, {path, "", std::string(name) + " is not one number"});
+    if (values.size() != 1) throw file_mismatch({path, "", std::string(name) + " is not one number"});
     return values.front();
   };
   const std::uint64_t format = number("format");
   if (format != checkpoint_format)
-    throw FileError(ErrorKind::mismatch, {path, "", "checkpoint of another format",
-                                          std::to_string(checkpoint_format), std::to_string(format)});
+    throw file_mismatch({path, "", "checkpoint of another format", std::to_string(checkpoint_format),
+                         std::to_string(format)});
   Checkpoint<T> checkpoint;
   const auto settings = file.get("settings").template as<std::uint8_t>();
   checkpoint.settings.assign(settings.begin(), settings.end());
@@ -80,7 +78,7 @@ Checkpoint<T> read_checkpoint(const std::string& path) {
   detail::require_sound_state(path, state);
   const auto history = file.template array<double, 2>("history");
   if (history.shape(0) != state.step || history.shape(1) != detail::history_columns)
-    throw FileError(ErrorKind::mismatch, {path, "", "history does not fit the step number"});
+    throw file_mismatch({path, "", "history does not fit the step number"});
   state.history.reserve(history.shape(0));
   for (std::size_t i = 0; i < history.shape(0); ++i)
     state.history.push_back(detail::terms_of(history.data() + i * detail::history_columns));

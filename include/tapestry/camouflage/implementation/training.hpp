@@ -218,9 +218,7 @@ std::string Training<T>::row_name(std::size_t row) const {
 
 template <std::floating_point T>
 std::string Training<T>::names_of(const std::vector<ViewPointer>& views) {
-  std::string names;
-  for (const auto& view : views) names += (names.empty() ? "" : ", ") + view->name;
-  return names;
+  return listed(views, [](const ViewPointer& view) { return view->name; });
 }
 
 template <std::floating_point T>

@@ -1,6 +1,5 @@
 #pragma once
 #include <array>
-#include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <string_view>

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/detect/implementation/network_description/writer.hpp>
 
 namespace tapestry::detect {
 

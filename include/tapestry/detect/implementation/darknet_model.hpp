@@ -60,9 +60,8 @@ template <std::floating_point T>
 std::string DarknetModel<T>::value_name(std::size_t layer) const {
   const auto makers = makers_of_values(config_);
   if (layer >= makers.size() || makers[layer] == picture_value)
-    throw FileError(ErrorKind::mismatch,
-                    {config_.name, "", "layer " + std::to_string(layer) + " cannot be observed",
-                     "one that computes something, from 0 to " + std::to_string(makers.size() - 1)});
+    throw file_mismatch({config_.name, "", "layer " + std::to_string(layer) + " cannot be observed",
+                         "one that computes something, from 0 to " + std::to_string(makers.size() - 1)});
   return "layer_" + std::to_string(makers[layer]);
 }
 

@@ -8,7 +8,6 @@
 namespace tapestry::detect {
 
 namespace detail {
-/// Whether a network takes the statistics of the batch that it runs.
 [[nodiscard]] inline bool takes_batch_statistics(const nn::NetworkDescription& network) {
   return std::ranges::any_of(network.nodes, [](const nn::Node& node) {
     const auto found = node.attributes.find("training_mode");
@@ -93,8 +92,7 @@ std::size_t Detector<T>::class_index(std::string_view name) const {
   const bool is_number = !name.empty() && error == std::errc{} && end == name.data() + name.size();
   if (is_number && index < classes) return index;
   if (!names_.empty()) {
-    std::string list =
-        tapestry::detail::listed(std::span(names_).first(std::min<std::size_t>(names_.size(), 20)));
+    std::string list = listed(std::span(names_).first(std::min<std::size_t>(names_.size(), 20)));
     if (names_.size() > 20) list += ", … (" + std::to_string(names_.size()) + " in all)";
     throw Error(ErrorKind::mismatch, {"no class is named ", in_quotes(name), "; there are ", list});
   }
@@ -130,8 +128,8 @@ template <std::floating_point T>
 void Detector<T>::require_layers(const std::string& path, const std::vector<std::string>& layers) const {
   for (std::size_t layer = 0; layer < layer_count_; ++layer)
     if (const auto& shape = layer_shape(layer); shape.size() != 4 || shape[0] != 1)
-      throw FileError(ErrorKind::mismatch, {path, "", "layer " + in_quotes(layers[layer]),
-                                            "maps, [1, C, H, W]", std::to_string(shape.size()) + " axes"});
+      throw file_mismatch({path, "", "layer " + in_quotes(layers[layer]), "maps, [1, C, H, W]",
+                           std::to_string(shape.size()) + " axes"});
 }
 
 template <std::floating_point T>

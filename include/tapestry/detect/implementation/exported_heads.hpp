@@ -19,9 +19,8 @@ struct OutputGroup {
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const nn::Shape& shape = shapes[i];
     if (shape.size() != 4 || shape[0] != 1)
-      throw FileError(ErrorKind::mismatch,
-                      {path, "", "not a detector: " + labels.at(i) + " behind its outputs", "[1, C, H, W]",
-                       tapestry::detail::to_text(shape)});
+      throw file_mismatch({path, "", "not a detector: " + labels.at(i) + " behind its outputs",
+                           "[1, C, H, W]", tapestry::detail::to_text(shape)});
     auto group = std::ranges::find_if(groups, [&](const OutputGroup& other) {
       return other.height == shape[2] && other.width == shape[3];
     });
@@ -47,9 +46,7 @@ inline void put_in_order(const Head& head, const std::vector<nn::Shape>& shapes,
 
 /// How messages call the nodes of a grid.
 [[nodiscard]] inline std::string labels_of(const OutputGroup& group, const std::vector<std::string>& labels) {
-  std::string all;
-  for (const std::size_t output : group.outputs) all += (all.empty() ? "" : ", ") + labels.at(output);
-  return all;
+  return listed(group.outputs, [&](std::size_t output) { return labels.at(output); });
 }
 
 /// The one head of decoded outputs.
@@ -80,7 +77,7 @@ inline void put_in_order(const Head& head, const std::vector<nn::Shape>& shapes,
                      std::to_string(group.channels));
   return heads_of(kind, class_count_of(kind, group.channels), input_height, input_width);
 } catch (const DomainError& error) {
-  throw FileError(ErrorKind::mismatch, {path, "", error.what()});
+  throw file_mismatch({path, "", error.what()});
 }
 
 }  // namespace detail

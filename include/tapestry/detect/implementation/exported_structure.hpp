@@ -35,8 +35,7 @@ inline void require_raw_layers(const nn::NetworkDescription& network, const Dete
   const std::size_t grids = kind.strides.size();
   const LogisticChannels logistic = logistic_channels(network, raw);
   const auto refuse = [&](const std::string& layers, bool by_filters = true) {
-    std::string found;
-    for (const std::size_t count : filters) found += (found.empty() ? "" : ", ") + std::to_string(count);
+    const auto found = listed(filters, [](std::size_t count) { return std::to_string(count); });
     throw other_kind(network.path, kind, by_filters ? "filters of its last convolutions" : "what it computes",
                      layers,
                      !by_filters     ? "the logistic function of other channels"

@@ -26,7 +26,7 @@ struct JoinedOutput {
 
 [[nodiscard]] inline FileError not_an_export(const nn::NetworkDescription& network, const std::string& family,
                                              const std::string& expected, const std::string& found) {
-  return FileError(ErrorKind::mismatch, {network.path, "", "not an export of " + family, expected, found});
+  return file_mismatch({network.path, "", "not an export of " + family, expected, found});
 }
 
 /// Outputs of YOLOv8 and its successors: where boxes and scores are joined, the logits of these.
@@ -79,7 +79,7 @@ struct JoinedOutput {
   if (network.outputs.size() != 1 || !trace.has({"ArgMax", "If", "Loop", "NonMaxSuppression", "TopK"}))
     throw not_an_export(network, "a detector that chooses the classes itself",
                         "one output, behind TopK, ArgMax or NonMaxSuppression",
-                        "outputs " + tapestry::detail::listed(network.outputs) + " without such a choice");
+                        "outputs " + listed(network.outputs) + " without such a choice");
   DetectorDescription description;
   description.fit = {image::FitKind::letterbox, 114.0 / 255};
   description.head = HeadKind::end_to_end;
@@ -109,7 +109,7 @@ struct JoinedOutput {
   throw not_an_export(network, "a DETR",
                       "outputs logits (or pred_logits) and pred_boxes, or one of a linear layer and one of a "
                       "logistic function",
-                      tapestry::detail::listed(network.outputs));
+                      listed(network.outputs));
 }
 
 /// Queries with logits and a box each, as transformers predict them.
@@ -144,8 +144,8 @@ struct JoinedOutput {
 
 std::map<std::string, nn::Shape> picture_extents(const nn::NetworkDescription& network, std::size_t size) {
   const auto refuse = [&](const std::string& found) {
-    throw FileError(ErrorKind::mismatch, {network.path, "", "not a detector of pictures",
-                                          "one input [1, 3, H, W] or [3, H, W]", found});
+    throw file_mismatch(
+        {network.path, "", "not a detector of pictures", "one input [1, 3, H, W] or [3, H, W]", found});
   };
   if (network.inputs.size() != 1) refuse(std::to_string(network.inputs.size()) + " inputs");
   const auto& shape = network.inputs.front().shape;
@@ -155,8 +155,7 @@ std::map<std::string, nn::Shape> picture_extents(const nn::NetworkDescription& n
     refuse("input " + in_quotes(network.inputs.front().name) + " of other extents");
   const auto height = shape[axis + 1], width = shape[axis + 2];
   if (size == 0 && (!height || !width))
-    throw FileError(ErrorKind::mismatch,
-                    {network.path, "", "the input's size is open; state it with --size"});
+    throw file_mismatch({network.path, "", "the input's size is open; state it with --size"});
   nn::Shape extents{3, size == 0 ? *height : size, size == 0 ? *width : size};
   if (axis == 1) extents.insert(extents.begin(), 1);
   return {{network.inputs.front().name, std::move(extents)}};
@@ -185,8 +184,8 @@ std::vector<std::string_view> fitting_exports(const nn::NetworkDescription& netw
 DetectorDescription named_export(const nn::NetworkDescription& network, std::string_view name,
                                  std::size_t classes, std::size_t size) {
   if (!is_export_name(name))
-    throw DomainError({"no family of exports is called ", in_quotes(name), "; expected one of ",
-                       tapestry::detail::listed(export_names)});
+    throw DomainError(
+        {"no family of exports is called ", in_quotes(name), "; expected one of ", listed(export_names)});
   const auto need_classes = [&] {
     if (classes == 0)
       throw Error(

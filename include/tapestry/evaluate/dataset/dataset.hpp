@@ -38,9 +38,8 @@ struct Dataset {
                                                                    std::size_t height, std::size_t width) {
   const auto text = [](std::size_t w, std::size_t h) { return std::to_string(w) + "x" + std::to_string(h); };
   if (picture.width != 0 && (picture.height != height || picture.width != width))
-    throw FileError(ErrorKind::mismatch,
-                    {picture.path, "", "the picture has another size than its labels state",
-                     text(picture.width, picture.height), text(width, height)});
+    throw file_mismatch({picture.path, "", "the picture has another size than its labels state",
+                         text(picture.width, picture.height), text(width, height)});
   auto objects = picture.objects;
   if (!picture.in_shares) return objects;
   const auto w = static_cast<double>(width), h = static_cast<double>(height);
@@ -59,8 +58,7 @@ namespace detail {
 inline void require_picture(const std::string& picture, const std::string& labels,
                             const std::string& position) {
   if (io::is_regular_file(picture)) return;
-  throw FileError(ErrorKind::mismatch,
-                  {labels, position, "a picture is missing", printable(picture), "no such file"});
+  throw file_mismatch({labels, position, "a picture is missing", printable(picture), "no such file"});
 }
 
 }  // namespace detail

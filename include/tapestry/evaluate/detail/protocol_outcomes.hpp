@@ -1,12 +1,8 @@
 #pragma once
-#include <numeric>
-#include <tapestry/core/array.hpp>
-#include <tapestry/core/error.hpp>
 #include <tapestry/evaluate/meter.hpp>
 
 namespace tapestry::evaluate {
 
-/// Progress of a protocol's frame.
 enum class FrameState : std::uint8_t {
   pending = 0,
   measured = 1,

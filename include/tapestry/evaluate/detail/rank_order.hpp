@@ -1,10 +1,6 @@
 #pragma once
-#include <array>
-#include <bit>
-#include <cstdint>
 #include <numeric>
 #include <tapestry/core/platform/memory.hpp>
-#include <vector>
 
 namespace tapestry::evaluate::detail {
 

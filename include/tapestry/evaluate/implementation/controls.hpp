@@ -22,7 +22,6 @@ void require_chart_colours(const char* operation, const Array<float, 2>& colours
 
 inline constexpr std::size_t no_texel = std::numeric_limits<std::size_t>::max();
 
-/// A chart that loses its patches one by one.
 class PatchCutter {
  public:
   explicit PatchCutter(const raster::TextureChart& chart)

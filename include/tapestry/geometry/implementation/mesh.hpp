@@ -8,12 +8,6 @@
 namespace tapestry::geometry {
 namespace detail {
 
-inline std::string quoted_list(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "'" : ", '") + name + "'";
-  return text.empty() ? "none" : text;
-}
-
 /// 1 for every face whose label (an index into `known`) is one of `names`.
 inline std::vector<std::uint8_t> faces_by_label(const char* operation, const char* kind,
                                                 std::size_t face_count,
@@ -21,10 +15,11 @@ inline std::vector<std::uint8_t> faces_by_label(const char* operation, const cha
                                                 const std::vector<std::string>& known,
                                                 const std::vector<std::string>& names) {
   if (names.empty()) throw DomainError({operation, ": no ", kind, " named"});
+  const auto quoted = [](const std::string& name) { return "'" + name + "'"; };
   for (const std::string& name : names) {
     if (std::find(known.begin(), known.end(), name) == known.end())
-      throw Error(ErrorKind::mismatch,
-                  {operation, ": the mesh has no ", kind, " '", name, "'; it has ", quoted_list(known)});
+      throw Error(ErrorKind::mismatch, {operation, ": the mesh has no ", kind, " '", name, "'; it has ",
+                                        known.empty() ? "none" : listed(known, quoted)});
   }
   std::vector<std::uint8_t> selected(face_count, 0);
   for (std::size_t face = 0; face < std::min(face_count, labels.size()); ++face) {

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/core/array_limit.hpp>
-#include <tapestry/image/batch.hpp>
 #include <tapestry/image/letterbox.hpp>
 
 namespace tapestry::image {

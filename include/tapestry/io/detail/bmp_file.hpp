@@ -52,9 +52,9 @@ inline std::vector<std::uint8_t> unpacked_bmp_runs(std::string_view runs, std::s
   return rows >= height || (rows + 1 == height && x >= width) ? indices : std::vector<std::uint8_t>{};
 }
 
-class BmpReader {
+class BmpReader : PictureBytes {
  public:
-  BmpReader(std::string_view file, const std::string& path) : file_(file), path_(path) {}
+  using PictureBytes::PictureBytes;
 
   [[nodiscard]] PictureSamples read() {
     read_header();
@@ -74,11 +74,6 @@ class BmpReader {
   }
 
  private:
-  [[noreturn]] void fail(std::size_t at, const std::string& what, const std::string& expected = "",
-                         const std::string& found = "") const {
-    throw FileError(ErrorKind::malformed, {path_, "@" + std::to_string(at), what, expected, found});
-  }
-
   /// The number in little-endian bytes.
   [[nodiscard]] std::uint32_t number(std::size_t at, std::size_t bytes) const {
     if (at > file_.size() || file_.size() - at < bytes) fail(file_.size(), "BMP ends in its header");
@@ -173,8 +168,6 @@ class BmpReader {
 
   using Masks = std::array<std::uint32_t, 3>;  // of R, G, B
 
-  std::string_view file_;
-  const std::string& path_;
   PictureSamples picture_;
   std::size_t pixels_at_ = 0, bits_ = 0;
   bool from_top_ = false, is_packed_ = false;
@@ -183,7 +176,6 @@ class BmpReader {
 };
 }  // namespace detail
 
-/// Whether a file is a BMP by its first bytes.
 [[nodiscard]] inline bool is_bmp(std::string_view file) { return file.starts_with("BM"); }
 
 /// Decodes a BMP of run lengths of 4 or 8 bits, see unpacked_bmp_runs(), or an uncompressed one of 1, 4 or 8

@@ -1,6 +1,5 @@
 #pragma once
 #include <array>
-#include <bit>
 #include <charconv>
 #include <span>
 #include <tapestry/core/array_limit.hpp>
@@ -176,7 +175,7 @@ class NpyHeaderText {
   constexpr std::string_view magic = "\x93NUMPY";
   const auto fail = [&](std::size_t at, const char* what, const std::string& expected,
                         const std::string& found) {
-    throw FileError(ErrorKind::malformed, {origin, "@" + std::to_string(at), what, expected, found});
+    throw malformed_file({origin, "@" + std::to_string(at), what, expected, found});
   };
   const auto byte = [&](std::size_t at) { return std::size_t{static_cast<unsigned char>(text[at])}; };
   if (!text.starts_with(magic)) fail(0, "not an .npy array", "the magic \\x93NUMPY", "other bytes");

@@ -1,10 +1,55 @@
 #pragma once
 #include <zlib.h>
 
-#include <tapestry/io/detail/exif.hpp>
+#include <tapestry/core/array.hpp>
 #include <tapestry/io/file_source.hpp>
 
 namespace tapestry::io {
+namespace detail {
+
+/// Integers of an EXIF block, in its own byte order.
+class ExifReader {
+ public:
+  explicit ExifReader(std::string_view tiff) : tiff_(tiff), is_little_(tiff.starts_with("II")) {}
+
+  /// The orientation of the first picture; 1 if the block states no valid one.
+  [[nodiscard]] int orientation() const {
+    const std::size_t value = value_of(number(4, 4), 0x0112, 3);
+    return value >= 1 && value <= 8 ? static_cast<int>(value) : 1;
+  }
+
+  /// Focal length of the lens as if on 35 mm film, mm; 0 if the block does not state it.
+  [[nodiscard]] std::size_t focal_length_35mm() const {
+    return value_of(value_of(number(4, 4), 0x8769, 4), 0xA405, 3);
+  }
+
+ private:
+  /// The first value of this tag and type, 3 (two bytes) or 4 (four), in a directory; 0 if there is none.
+  [[nodiscard]] std::size_t value_of(std::size_t directory, std::size_t tag, std::size_t type) const {
+    if (directory == 0 || (!is_little_ && !tiff_.starts_with("MM"))) return 0;
+    const std::size_t entries = number(directory, 2);
+    for (std::size_t i = 0; i < entries && directory + 2 + 12 * i + 12 <= tiff_.size(); ++i) {
+      const std::size_t entry = directory + 2 + 12 * i;
+      if (number(entry, 2) == tag && number(entry + 2, 2) == type)
+        return number(entry + 8, type == 3 ? 2 : 4);
+    }
+    return 0;
+  }
+
+  /// The integer there; 0 beyond the end of the block.
+  [[nodiscard]] std::size_t number(std::size_t at, std::size_t bytes) const {
+    if (at > tiff_.size() || tiff_.size() - at < bytes) return 0;
+    std::size_t value = 0;
+    for (std::size_t i = 0; i < bytes; ++i)
+      value = value << 8U | static_cast<unsigned char>(tiff_[at + (is_little_ ? bytes - 1 - i : i)]);
+    return value;
+  }
+
+  std::string_view tiff_;
+  bool is_little_;
+};
+
+}  // namespace detail
 
 /// Longest side, most pixels and most bytes of a PNG file.
 inline constexpr std::size_t png_side_limit = 16384;
@@ -29,13 +74,29 @@ struct PngHeader {
 [[nodiscard]] inline bool is_png(std::string_view file) { return file.starts_with("\x89PNG\r\n\x1a\n"); }
 
 namespace detail {
+/// A picture's file held in memory, and its name for messages.
+class PictureBytes {
+ public:
+  PictureBytes(std::string_view file, const std::string& path) : file_(file), path_(path) {}
+
+  /// Throws FileError about a byte.
+  [[noreturn]] void fail(std::size_t at, const std::string& what, const std::string& expected = "",
+                         const std::string& found = "", ErrorKind kind = ErrorKind::malformed) const {
+    throw FileError(kind, {path_, "@" + std::to_string(at), what, expected, found});
+  }
+
+ protected:
+  std::string_view file_;
+  const std::string& path_;
+};
+
 /// Walks over the chunks of a PNG, verifies each, and unpacks the picture data without storing them, to check
 /// that they are complete. stb, which decodes the file afterwards, compares no checksum, and allocates the
 /// size that a cut chunk claims.
-class PngScan {
+class PngScan : PictureBytes {
  public:
   PngScan(std::string_view file, const std::string& path, std::vector<std::string>* warnings)
-      : file_(file), path_(path), warnings_(warnings) {}
+      : PictureBytes(file, path), warnings_(warnings) {}
 
   PngHeader scan() {
     if (!is_png(file_)) fail(0, "not a PNG");
@@ -76,11 +137,6 @@ class PngScan {
   }
 
  private:
-  [[noreturn]] void fail(std::size_t at, const std::string& what, const std::string& expected = "",
-                         const std::string& found = "", ErrorKind kind = ErrorKind::malformed) const {
-    throw FileError(kind, {path_, "@" + std::to_string(at), what, expected, found});
-  }
-
   [[nodiscard]] bool can_lack_end() const { return warnings_ != nullptr && !pieces_.empty(); }
 
   [[nodiscard]] std::uint32_t u32(std::size_t at) const {
@@ -195,8 +251,6 @@ class PngScan {
       warnings_->push_back(path_ + ": PNG has more picture data than its size needs; the rest is ignored");
   }
 
-  std::string_view file_;
-  const std::string& path_;
   std::vector<std::string>* warnings_;
   PngHeader header_;
   std::vector<std::string_view> pieces_;

@@ -6,14 +6,9 @@ namespace tapestry::io {
 namespace detail {
 /// Words of the header of a PBM, PGM or PPM, and of a plain one's samples, separated by spaces, line ends and
 /// comments.
-class PnmHeader {
+class PnmHeader : public PictureBytes {
  public:
-  PnmHeader(std::string_view file, const std::string& path) : file_(file), path_(path) {}
-
-  [[noreturn]] void fail(std::size_t at, const std::string& what, const std::string& expected = "",
-                         const std::string& found = "") const {
-    throw FileError(ErrorKind::malformed, {path_, "@" + std::to_string(at), what, expected, found});
-  }
+  using PictureBytes::PictureBytes;
 
   /// The next number, of at most seven digits, so that it cannot overflow.
   [[nodiscard]] unsigned number() {
@@ -58,8 +53,6 @@ class PnmHeader {
 
   [[nodiscard]] static bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
-  std::string_view file_;
-  const std::string& path_;
   std::size_t at_ = 2;
 };
 

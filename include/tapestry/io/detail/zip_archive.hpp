@@ -1,9 +1,8 @@
 #pragma once
-#include <zlib.h>
 
-#include <new>
+#include <set>
 #include <tapestry/core/error.hpp>
-#include <tapestry/io/detail/name_numbers.hpp>
+#include <tapestry/io/detail/deflated_part.hpp>
 
 namespace tapestry::io {
 
@@ -126,9 +125,7 @@ class ZipArchive {
     if (member.method != 0 && member.method != 8)
       fail(at + 10, "member '" + member.name + "' is packed by an unknown method",
            "0 (stored) or 8 (deflate)", std::to_string(member.method));
-    const auto name_of = [&](std::size_t i) -> std::string_view { return members_[i].name; };
-    if (names_.add(member.name, name_of) < members_.size())
-      fail(at, "two members are named '" + member.name + "'", "", "");
+    if (!names_.insert(member.name).second) fail(at, "two members are named '" + member.name + "'", "", "");
     require_plausible(member, at);
     members_.push_back(std::move(member));
     return next;
@@ -192,7 +189,82 @@ class ZipArchive {
   std::string_view bytes_;
   std::string path_;
   std::vector<Member> members_;
-  NameNumbers names_;
+  std::set<std::string> names_;
+};
+
+/// Builds a zip archive in memory. Members are stored or deflated, without ZIP64 and time stamps, so that
+/// equal members give equal bytes. Source: PKWARE APPNOTE 6.3.10.
+class ZipWriter {
+ public:
+  /// \param size  bytes to take memory for at once
+  explicit ZipWriter(std::size_t size = 0) { body_.reserve(size); }
+
+  /// \throws Error (limit) if the archive would exceed 4 GiB or 65,534 members
+  void add(const std::string& name, std::string_view content, bool deflate) {
+    const std::string packed = deflate ? deflated(content) : std::string();
+    const std::string_view stored = deflate ? std::string_view(packed) : content;
+    constexpr std::uint64_t largest = 0xFFFFFFF0;
+    if (content.size() > largest || body_.size() + stored.size() + directory_.size() + 1000 > largest ||
+        count_ >= 65534 || name.size() > 400)
+      throw Error(ErrorKind::limit,
+                  {"zip archive: member '", name, "' does not fit into 4 GiB and 65534 members"});
+    const auto offset = static_cast<std::uint32_t>(body_.size());
+    std::string fields;  // common to local header and central directory
+    put16(fields, 20);   // version needed to extract
+    put16(fields, 0);
+    put16(fields, deflate ? 8 : 0);
+    put16(fields, 0);
+    put16(fields, 0x21);  // 1 January 1980
+    put32(fields, static_cast<std::uint32_t>(
+                      crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size())));
+    put32(fields, static_cast<std::uint32_t>(stored.size()));
+    put32(fields, static_cast<std::uint32_t>(content.size()));
+    put16(fields, static_cast<std::uint32_t>(name.size()));
+    put16(fields, 0);
+    body_ += "PK\x03\x04" + fields + name;
+    body_ += stored;
+    directory_ += "PK\x01\x02";
+    put16(directory_, 20);  // version made by
+    directory_ += fields;
+    directory_.append(10, '\0');  // comment length, disk, attributes
+    put32(directory_, offset);
+    directory_ += name;
+    ++count_;
+  }
+
+  /// Takes the archive with the members added so far out of the writer.
+  [[nodiscard]] std::string bytes() {
+    const std::size_t size = body_.size();
+    std::string archive = std::move(body_);
+    archive += directory_ + "PK\x05\x06";
+    put32(archive, 0);
+    put16(archive, count_);
+    put16(archive, count_);
+    put32(archive, static_cast<std::uint32_t>(directory_.size()));
+    put32(archive, static_cast<std::uint32_t>(size));
+    put16(archive, 0);
+    return archive;
+  }
+
+ private:
+  static void put16(std::string& to, std::uint32_t value) {
+    to += static_cast<char>(value & 0xFFU);
+    to += static_cast<char>(value >> 8U & 0xFFU);
+  }
+  static void put32(std::string& to, std::uint32_t value) {
+    put16(to, value & 0xFFFFU);
+    put16(to, value >> 16U);
+  }
+
+  static std::string deflated(std::string_view content) {
+    std::string packed = detail::deflated_part(content, 0, content.size(), true, 9, 9);
+    if (packed.empty()) throw Error(ErrorKind::limit, "zip archive: a member is too large to deflate");
+    return packed;
+  }
+
+  std::string body_;
+  std::string directory_;
+  std::uint32_t count_ = 0;
 };
 
 }  // namespace tapestry::io

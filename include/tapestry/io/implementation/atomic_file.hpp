@@ -1,8 +1,6 @@
 #pragma once
-#include <cctype>
 #include <cerrno>
 #include <cstring>
-#include <new>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/file_source.hpp>
 
@@ -73,12 +71,9 @@ inline bool is_part_name(std::string_view name) {
   const auto mark = name.rfind(part_mark);
   if (mark == std::string_view::npos) return false;
   const std::string_view numbers = name.substr(mark + part_mark.size());
-  const auto dash = numbers.find('-');
-  const auto is_number = [](std::string_view text) {
-    return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
-  };
-  return dash != std::string_view::npos && is_number(numbers.substr(0, dash)) &&
-         is_number(numbers.substr(dash + 1));
+  const auto dash = numbers.find_first_not_of("0123456789");
+  return dash != std::string_view::npos && dash > 0 && numbers[dash] == '-' && dash + 1 < numbers.size() &&
+         numbers.find_first_not_of("0123456789", dash + 1) == std::string_view::npos;
 }
 
 }  // namespace detail

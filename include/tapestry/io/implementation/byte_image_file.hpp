@@ -89,8 +89,8 @@ inline const PictureFormat& picture_format(const std::string& file, const std::s
     if (file.starts_with(beginning)) found = name;
   if (file.size() > 2 && file[0] == 'P' && file[1] >= '1' && file[1] <= '7')
     found = "a PNM image of another kind";
-  throw FileError(ErrorKind::malformed, {path, "@0", "not a picture of a kind that is read here",
-                                         "a " + listed_formats(&PictureFormat::names), std::string(found)});
+  throw malformed_file({path, "@0", "not a picture of a kind that is read here",
+                        "a " + listed_formats(&PictureFormat::names), std::string(found)});
 }
 
 }  // namespace detail
@@ -124,8 +124,8 @@ Array<float, 2> read_mask(const std::string& path, std::vector<std::string>* war
   std::string file = read_text_file(path, png_file_limit);
   const auto& format = detail::picture_format(file, path);
   if (format.mask == nullptr)
-    throw FileError(ErrorKind::malformed, {path, "@0", "a mask must not have lost anything", "a PNG",
-                                           "a " + std::string(format.names)});
+    throw malformed_file(
+        {path, "@0", "a mask must not have lost anything", "a PNG", "a " + std::string(format.names)});
   return format.mask(std::move(file), path, warnings);
 }
 

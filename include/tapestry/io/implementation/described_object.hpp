@@ -18,16 +18,15 @@ class DescribedObject {
   [[noreturn]] void fail(const std::string& key, const std::string& what, const std::string& expected,
                          const std::string& found) const {
     const auto at = positions_.find(name_.empty() ? key : name_);
-    throw FileError(ErrorKind::malformed,
-                    {path_, at == positions_.end() ? "" : at->second, what, expected, found});
+    throw malformed_file({path_, at == positions_.end() ? "" : at->second, what, expected, found});
   }
 
   /// Refuses other members.
   void require_keys(std::initializer_list<std::string_view> keys) const {
     for (const auto& member : value_.items())
       if (std::ranges::find(keys, member.key()) == keys.end())
-        fail(member.key(), "unknown key" + (name_.empty() ? "" : " of " + in_quotes(name_)),
-             tapestry::detail::listed(keys), in_quotes(member.key()));
+        fail(member.key(), "unknown key" + (name_.empty() ? "" : " of " + in_quotes(name_)), listed(keys),
+             in_quotes(member.key()));
   }
 
   [[nodiscard]] bool has(const char* key) const { return value_.contains(key); }

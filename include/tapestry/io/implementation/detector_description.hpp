@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/detect/detector_description.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/implementation/described_object.hpp>
 
@@ -19,21 +18,13 @@ inline void read_fit(const DescribedObject& input, image::Fit& fit) {
   fit.fill = input.number("fill", input.member("fill"), 0, 255, "a number from 0 to 255") / 255;
 }
 
-/// Warning that a description leaves out the input.
-inline std::string assumed_input(const std::string& path, const image::Fit& fit) {
-  return path + ": has no 'input'; assumed are RGB in the range 0 to 1 and the fit " +
-         std::string(image::name_of(fit.kind));
-}
-
 inline void read_input(const DescribedObject& input, detect::DetectorDescription& description) {
   constexpr double smallest = 1e-9, largest = 1e9;
   input.require_keys({"order", "scale", "mean", "std", "fit", "fill"});
   auto& encoding = description.encoding;
-  if (input.has("order"))
-    encoding.order = input.named("order", "rgb or bgr", [](const std::string& name) {
-      if (name != "rgb" && name != "bgr") throw DomainError("no such order");
-      return name == "rgb" ? detect::ColourOrder::rgb : detect::ColourOrder::bgr;
-    });
+  using detect::ColourOrder;
+  encoding.order =
+      chosen<ColourOrder, 2>(input, "order", {{{"rgb", ColourOrder::rgb}, {"bgr", ColourOrder::bgr}}});
   if (input.has("scale"))
     encoding.scale =
         input.number("scale", input.member("scale"), smallest, largest, "a number from 1e-9 to 1e9");
@@ -183,8 +174,7 @@ detect::DetectorDescription parse_detector_description(std::string_view text, co
   constexpr std::size_t levels = 3;  // outermost object, `input` with its `mean`, or anchors of a stride
   const JsonText json = read_json(text, path, 0, levels);
   if (!json.value.is_object())
-    throw FileError(ErrorKind::malformed,
-                    {path, "", "not a detector's description", "a JSON object", json.value.type_name()});
+    throw malformed_file({path, "", "not a detector's description", "a JSON object", json.value.type_name()});
   const detail::DescribedObject outermost(json.value, path, "", json.positions);
   outermost.require_keys({"input", "head", "strides", "anchors", "outputs"});
   detect::DetectorDescription description;
@@ -198,7 +188,8 @@ detect::DetectorDescription parse_detector_description(std::string_view text, co
     if (!input.is_object()) outermost.refuse("input", input, "an object");
     detail::read_input({input, path, "input", json.positions}, description);
   } else if (!is_yolov5 && warnings != nullptr) {
-    warnings->push_back(detail::assumed_input(path, description.fit));
+    warnings->push_back(path + ": has no 'input'; assumed are RGB in the range 0 to 1 and the fit " +
+                        std::string(image::name_of(description.fit.kind)));
   }
   const bool is_decoded = detect::decode_family_of(description.head) == detect::DecodeFamily::decoded;
   for (const char* key : {"strides", "anchors", "outputs"})

@@ -23,8 +23,8 @@ inline Array<std::uint8_t, 2> read_mask_part(const FrameParts& parts, const Fram
   const auto grey = io::read_mask(parts.mask);
   const std::array<std::size_t, 2> picture{frame.image.shape(0), frame.image.shape(1)};
   if (grey.shape() != picture)
-    throw FileError(ErrorKind::mismatch, {parts.mask, "", "mask of another size than " + parts.picture,
-                                          shape_text(picture), shape_text(grey.shape())});
+    throw file_mismatch({parts.mask, "", "mask of another size than " + parts.picture, shape_text(picture),
+                         shape_text(grey.shape())});
   Array<std::uint8_t, 2> mask(grey.shape());
   for (std::size_t i = 0; i < mask.size(); ++i) {
     const float level = grey.data()[i];
@@ -35,9 +35,8 @@ inline Array<std::uint8_t, 2> read_mask_part(const FrameParts& parts, const Fram
 
 inline Frame read_frame_parts(const std::string& path) {
   const FrameParts parts(path);
-  const JsonMembers members(path);
-  if (!is_there(parts.picture))
-    throw FileError(ErrorKind::mismatch, {path, "", "no picture beside the frame", parts.picture});
+  const NpzFile members = read_json_members(path);
+  if (!is_there(parts.picture)) throw file_mismatch({path, "", "no picture beside the frame", parts.picture});
   Frame frame;
   frame.name = path;
   frame.image = read_image(parts.picture, &frame.warnings);
@@ -138,9 +137,8 @@ Frame read_frame(const std::string& path) {
   const NpyArray& picture = file.get("img");
   if (picture.type != DType::u1 || picture.shape.size() != 3 || picture.shape[2] != 3 ||
       picture.size() == 0) {
-    throw FileError(ErrorKind::mismatch,
-                    {path, "", "member 'img' is no colour picture", "u1 (height, width, 3)",
-                     std::string(type_name(picture.type)) + " " + shape_text(picture.shape)});
+    throw file_mismatch({path, "", "member 'img' is no colour picture", "u1 (height, width, 3)",
+                         std::string(type_name(picture.type)) + " " + shape_text(picture.shape)});
   }
   frame.image = image::swap_red_blue(picture.array<std::uint8_t, 3>());
   detail::read_members(file, frame);
@@ -185,8 +183,7 @@ std::vector<std::string> frame_paths(const std::string& folder) {
   };
   auto paths = listed(".npz");
   if (paths.empty()) paths = listed(".json");
-  if (paths.empty())
-    throw FileError(ErrorKind::mismatch, {folder, "", "holds no frame (*.npz, or *.json with pictures)"});
+  if (paths.empty()) throw file_mismatch({folder, "", "holds no frame (*.npz, or *.json with pictures)"});
   std::sort(paths.begin(), paths.end(), [](const std::string& a, const std::string& b) {
     return std::pair(detail::numeric_order_key(a), a) < std::pair(detail::numeric_order_key(b), b);
   });

@@ -6,94 +6,64 @@
 
 namespace tapestry::io::detail {
 
-template <std::size_t N>
-void require_finite(const std::array<double, N>& values, const std::string& path, const char* member) {
-  for (const double value : values) {
-    if (!std::isfinite(value))
-      throw FileError(ErrorKind::mismatch,
-                      {path, "", std::string(member) + " holds a value that is not finite"});
-  }
-}
-
 inline constexpr const char* frame_format = "tapestry frame 1";
 
-/// The members of a frame in a JSON file, read like those of an .npz.
-class JsonMembers {
- public:
-  /// \throws FileError: malformed (no JSON, or not of a frame), mismatch (an unknown member)
-  explicit JsonMembers(std::string path) : path_(std::move(path)) {
-    const auto json = read_json(read_text_file(path_, std::uint64_t(1) << 20U), path_).value;
-    if (!json.is_object() || json.value("format", nlohmann::json()) != frame_format)
-      throw FileError(ErrorKind::malformed, {path_, "", "is not the JSON of a frame",
-                                             std::string("a member format, \"") + frame_format + "\""});
-    constexpr std::array known{"camera_fov", "camera_matrix", "cam_trans", "label", "light", "veh_trans"};
-    for (const auto& [name, value] : json.items()) {
-      if (name == "format") continue;
-      if (std::ranges::find(known, name) == known.end())
-        throw FileError(ErrorKind::mismatch, {path_, "", "unknown member '" + printable(name) + "'",
-                                              "camera_matrix and camera_fov, or veh_trans and "
-                                              "cam_trans; light and label"});
-      add(name, value);
+/// A list of numbers, or of equally long lists of them, as an array.
+inline NpyArray array_of(const nlohmann::json& value, const std::string& path, const std::string& name) {
+  const auto fail = [&] { throw file_mismatch({path, "", "member '" + name + "' is no list of numbers"}); };
+  NpyArray array{path + ":" + name, {value.size()}, DType::f8, {}};
+  const auto append = [&](const nlohmann::json& list) {
+    for (const auto& number : list) {
+      if (!number.is_number()) fail();
+      const auto bytes = std::bit_cast<std::array<std::uint8_t, sizeof(double)>>(number.get<double>());
+      array.bytes.insert(array.bytes.end(), bytes.begin(), bytes.end());
+    }
+  };
+  if (!value.is_array() || value.empty()) fail();
+  if (!value[0].is_array()) {
+    append(value);
+  } else {
+    array.shape.push_back(value[0].size());
+    for (const auto& row : value) {
+      if (!row.is_array() || row.size() != array.shape[1]) fail();
+      append(row);
     }
   }
+  return array;
+}
 
-  [[nodiscard]] const std::string& path() const { return path_; }
-  [[nodiscard]] bool has(const std::string& name) const { return arrays_.contains(name); }
-
-  /// \throws FileError (mismatch) listing the members if `name` is not among them
-  [[nodiscard]] const NpyArray& get(const std::string& name) const {
-    if (const auto found = arrays_.find(name); found != arrays_.end()) return found->second;
-    std::string names;
-    for (const auto& [other, array] : arrays_) names += (names.empty() ? "" : ", ") + other;
-    throw FileError(ErrorKind::mismatch,
-                    {path_, "", "member '" + name + "' is missing", name, names.empty() ? "none" : names});
+/// The members of a frame in a JSON file, like those of an .npz.
+/// \throws FileError: malformed (no JSON, or not of a frame), mismatch (an unknown member)
+inline NpzFile read_json_members(const std::string& path) {
+  const auto json = read_json(read_text_file(path, std::uint64_t(1) << 20U), path).value;
+  if (!json.is_object() || json.value("format", nlohmann::json()) != frame_format)
+    throw malformed_file(
+        {path, "", "is not the JSON of a frame", std::string("a member format, \"") + frame_format + "\""});
+  NpzFile members(path);
+  constexpr std::array known{"camera_fov", "camera_matrix", "cam_trans", "label", "light", "veh_trans"};
+  for (const auto& [name, value] : json.items()) {
+    if (name == "format") continue;
+    if (std::ranges::find(known, name) == known.end())
+      throw file_mismatch({path, "", "unknown member '" + printable(name) + "'",
+                           "camera_matrix and camera_fov, or veh_trans and cam_trans; light and label"});
+    members.add(name, array_of(value, path, name));
   }
-
- private:
-  /// Adds a list of numbers, or a list of equally long ones.
-  void add(const std::string& name, const nlohmann::json& value) {
-    const auto fail = [&] {
-      throw FileError(ErrorKind::mismatch, {path_, "", "member '" + name + "' is no list of numbers"});
-    };
-    NpyArray array{path_ + ":" + name, {value.size()}, DType::f8, {}};
-    const auto append = [&](const nlohmann::json& list) {
-      for (const auto& number : list) {
-        if (!number.is_number()) fail();
-        const auto bytes = std::bit_cast<std::array<std::uint8_t, sizeof(double)>>(number.get<double>());
-        array.bytes.insert(array.bytes.end(), bytes.begin(), bytes.end());
-      }
-    };
-    if (!value.is_array() || value.empty()) fail();
-    if (!value[0].is_array()) {
-      append(value);
-    } else {
-      array.shape.push_back(value[0].size());
-      for (const auto& row : value) {
-        if (!row.is_array() || row.size() != array.shape[1]) fail();
-        append(row);
-      }
-    }
-    arrays_.emplace(name, std::move(array));
-  }
-
-  std::string path_;
-  std::map<std::string, NpyArray> arrays_;
-};
+  return members;
+}
 
 /// The numbers of a member with exactly this shape.
-/// \param file  an NpzFile or JsonMembers; here and below
-template <std::size_t N, class Members>
-std::array<double, N> numbers(const Members& file, const char* member,
+template <std::size_t N>
+std::array<double, N> numbers(const NpzFile& file, const char* member,
                               const std::vector<std::size_t>& shape) {
   const NpyArray& array = file.get(member);
   if (array.shape != shape)
-    throw FileError(ErrorKind::mismatch,
-                    {file.path(), "", "member '" + std::string(member) + "' has another shape",
-                     shape_text(shape), shape_text(array.shape)});
+    throw file_mismatch({file.path(), "", "member '" + std::string(member) + "' has another shape",
+                         shape_text(shape), shape_text(array.shape)});
   const auto values = array.as<double>();
   std::array<double, N> result{};
   std::copy(values.begin(), values.end(), result.begin());
-  require_finite(result, file.path(), member);
+  if (!std::ranges::all_of(result, [](double value) { return std::isfinite(value); }))
+    throw file_mismatch({file.path(), "", std::string(member) + " holds a value that is not finite"});
   return result;
 }
 
@@ -113,8 +83,8 @@ inline void check_pose(const geometry::CarlaPose& pose, Frame& frame) {
   const auto& offset = pose.camera_translation;
   const double distance = hypot(offset[0], offset[1], offset[2]);
   if (!(distance > 1e-6))
-    throw FileError(ErrorKind::mismatch, {frame.name, "", "camera lies in the vehicle's origin",
-                                          "cam_trans row 0 as an offset in metres", "distance 0"});
+    throw file_mismatch({frame.name, "", "camera lies in the vehicle's origin",
+                         "cam_trans row 0 as an offset in metres", "distance 0"});
   const auto text = [](double value) { return std::to_string(value); };
   if (distance < 2.5)
     frame.warnings.push_back("camera is " + text(distance) + " m from the vehicle's origin, maybe inside it");
@@ -129,8 +99,7 @@ inline void check_pose(const geometry::CarlaPose& pose, Frame& frame) {
   }
 }
 
-template <class Members>
-geometry::CarlaPose read_pose(const Members& file) {
+inline geometry::CarlaPose read_pose(const NpzFile& file) {
   const auto vehicle = numbers<6>(file, "veh_trans", {2, 3});
   const auto camera = numbers<6>(file, "cam_trans", {2, 3});
   return {{vehicle[0], vehicle[1], vehicle[2]},
@@ -139,12 +108,11 @@ geometry::CarlaPose read_pose(const Members& file) {
           {camera[3], camera[4], camera[5]}};
 }
 
-template <class Members>
-geometry::Camera read_camera(const Members& file) {
+inline geometry::Camera read_camera(const NpzFile& file) {
   const auto matrix = numbers<12>(file, "camera_matrix", {3, 4});
   const auto fov = numbers<2>(file, "camera_fov", {2});
   const auto fail = [&](const char* what, const char* expected) {
-    throw FileError(ErrorKind::mismatch, {file.path(), "", what, expected});
+    throw file_mismatch({file.path(), "", what, expected});
   };
   if (!(fov[0] > 0 && fov[1] > 0)) fail("member 'camera_fov' is no field of view", "two positive tangents");
   geometry::Camera camera;
@@ -163,13 +131,12 @@ geometry::Camera read_camera(const Members& file) {
 
 /// ambient, directional, direction towards the light x y z, colour r g b; products of
 /// the others fit in a float.
-template <class Members>
-raster::Light read_light(const Members& file) {
+inline raster::Light read_light(const NpzFile& file) {
   constexpr double most = 1e9;
   const auto light = numbers<8>(file, "light", {8});
   const std::array<double, 3> direction{light[2], light[3], light[4]};
   const auto fail = [&](const char* what, const char* expected) {
-    throw FileError(ErrorKind::mismatch, {file.path(), "", what, expected});
+    throw file_mismatch({file.path(), "", what, expected});
   };
   if (!(geometry::length(geometry::normalised(direction)) > 0.5))
     fail("member 'light' has no direction", "a vector with a length at its numbers 3 to 5");
@@ -182,20 +149,19 @@ inline Array<std::uint8_t, 2> read_mask(const NpzFile& file, std::size_t height,
   auto mask = file.array<std::uint8_t, 2>("mask");
   const std::array<std::size_t, 2> picture{height, width};
   if (mask.shape() != picture)
-    throw FileError(ErrorKind::mismatch, {file.path(), "", "member 'mask' has another size than the picture",
-                                          shape_text(picture), shape_text(file.get("mask").shape)});
+    throw file_mismatch({file.path(), "", "member 'mask' has another size than the picture",
+                         shape_text(picture), shape_text(file.get("mask").shape)});
   return mask;
 }
 
 /// class, cx, cy, w, h; the box in shares of the picture
-template <class Members>
-Label read_label(const Members& file, std::size_t height, std::size_t width) {
+inline Label read_label(const NpzFile& file, std::size_t height, std::size_t width) {
   const auto label = numbers<5>(file, "label", {5});
   const auto inside = [](double share) { return share >= 0 && share <= 1; };
   if (!(label[0] >= 0 && label[0] <= 65535 && label[0] == std::floor(label[0]) && inside(label[1]) &&
         inside(label[2]) && label[3] > 0 && label[4] > 0 && inside(label[3]) && inside(label[4]))) {
-    throw FileError(ErrorKind::mismatch, {file.path(), "", "member 'label' is no box of the picture",
-                                          "class, cx, cy, w, h in shares of the picture"});
+    throw file_mismatch({file.path(), "", "member 'label' is no box of the picture",
+                         "class, cx, cy, w, h in shares of the picture"});
   }
   const auto rows = static_cast<double>(height), columns = static_cast<double>(width);
   return {static_cast<std::size_t>(label[0]),
@@ -203,8 +169,7 @@ Label read_label(const Members& file, std::size_t height, std::size_t width) {
 }
 
 /// Everything but picture and mask.
-template <class Members>
-void read_members(const Members& file, Frame& frame) {
+inline void read_members(const NpzFile& file, Frame& frame) {
   if (file.has("camera_matrix") || file.has("camera_fov")) frame.camera = read_camera(file);
   if (!frame.camera || file.has("veh_trans") || file.has("cam_trans")) frame.pose = read_pose(file);
   if (!frame.camera) check_pose(*frame.pose, frame);

@@ -10,7 +10,7 @@ namespace tapestry::io {
 namespace detail {
 
 inline void require_decoded(bool is_decoded, const std::string& path) {
-  if (!is_decoded) throw FileError(ErrorKind::malformed, {path, "", "PNG picture data cannot be decoded"});
+  if (!is_decoded) throw malformed_file({path, "", "PNG picture data cannot be decoded"});
 }
 
 template <std::floating_point T>

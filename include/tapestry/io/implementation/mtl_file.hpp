@@ -1,6 +1,6 @@
 #pragma once
+#include <set>
 #include <tapestry/core/in_quotes.hpp>
-#include <tapestry/io/detail/name_numbers.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/text_lines.hpp>
 
@@ -99,14 +99,13 @@ std::vector<geometry::Material> parse_mtl(std::string_view text, const std::stri
   TextLines lines(text, path);
   LineOddities oddities;
   std::vector<geometry::Material> materials;
-  NameNumbers names;
+  std::set<std::string> names;
   bool counts = false;  // whether the present material is the first of its name
   while (lines.next()) {
     const std::string keyword = lower_case_keyword(lines.word());
     if (keyword == "newmtl") {
       const std::string_view name = lines.rest_of_line();
-      counts = names.add(name, [&](std::size_t i) -> std::string_view { return materials[i].name; }) ==
-               materials.size();
+      counts = names.emplace(name).second;
       if (counts) {
         materials.push_back({std::string(name), geometry::Material{}.colour});
       } else {

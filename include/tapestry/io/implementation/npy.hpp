@@ -1,16 +1,8 @@
 #pragma once
-#include <tapestry/io/detail/zip_writer.hpp>
 #include <tapestry/io/npy.hpp>
 
 namespace tapestry::io {
 namespace detail {
-
-inline void swap_bytes(std::vector<std::uint8_t>& bytes, std::size_t item) {
-  for (std::size_t i = 0; i + item <= bytes.size(); i += item) {
-    std::reverse(bytes.begin() + static_cast<std::ptrdiff_t>(i),
-                 bytes.begin() + static_cast<std::ptrdiff_t>(i + item));
-  }
-}
 
 std::vector<std::uint8_t> row_major(const std::vector<std::uint8_t>& column_major,
                                     const std::vector<std::size_t>& shape, std::size_t item) {
@@ -37,15 +29,15 @@ NpyArray parse_npy(std::string_view file, const std::string& origin) {
   const std::size_t item = item_size(header.type);
   const std::size_t needed = header.element_count * item;
   if (file.size() - header.size != needed)
-    throw FileError(ErrorKind::malformed,
-                    {origin, "@" + std::to_string(header.size),
-                     "payload does not have the size of shape " + shape_text(header.shape),
-                     std::to_string(needed) + " bytes", std::to_string(file.size() - header.size)});
+    throw malformed_file({origin, "@" + std::to_string(header.size),
+                          "payload does not have the size of shape " + shape_text(header.shape),
+                          std::to_string(needed) + " bytes", std::to_string(file.size() - header.size)});
   NpyArray array{origin, header.shape, header.type, {}};
   array.bytes.resize(needed);
   if (needed > 0) std::memcpy(array.bytes.data(), file.data() + header.size, needed);
   if (item > 1 && header.big_endian == (std::endian::native == std::endian::little))
-    detail::swap_bytes(array.bytes, item);
+    for (std::uint8_t* at = array.bytes.data(); at < array.bytes.data() + needed; at += item)
+      std::reverse(at, at + item);
   if (header.column_major && header.shape.size() > 1)
     array.bytes = detail::row_major(array.bytes, header.shape, item);
   return array;
@@ -53,15 +45,12 @@ NpyArray parse_npy(std::string_view file, const std::string& origin) {
 
 NpzFile NpzFile::parse(std::string_view bytes, const std::string& path, const ZipLimits& limits) {
   const ZipArchive archive(bytes, path, limits);
-  NpzFile file;
-  file.path_ = path;
+  NpzFile file(path);
   for (const auto& member : archive.members()) {
     const std::string_view name = member.name;
     if (!name.ends_with(".npy")) continue;  // not an array; NumPy returns such members as bytes
-    file.names_.emplace_back(name.substr(0, name.size() - 4));
-    (void)file.numbers_.add(file.names_.back(),
-                            [&](std::size_t i) -> std::string_view { return file.names_[i]; });
-    file.arrays_.push_back(parse_npy(archive.unpack(member), path + ":" + member.name));
+    file.add(std::string(name.substr(0, name.size() - 4)),
+             parse_npy(archive.unpack(member), path + ":" + member.name));
   }
   return file;
 }
@@ -69,15 +58,14 @@ NpzFile NpzFile::parse(std::string_view bytes, const std::string& path, const Zi
 const NpyArray& NpzFile::get(std::string_view name) const {
   const NpyArray* array = find(name);
   if (array != nullptr) return *array;
-  const std::string list = tapestry::detail::listed(names_);
-  throw FileError(ErrorKind::mismatch, {path_, "", "member '" + std::string(name) + "' is missing",
-                                        std::string(name), list.empty() ? "no arrays" : list});
+  const std::string list = listed(names_);
+  throw file_mismatch({path_, "", "member '" + std::string(name) + "' is missing", std::string(name),
+                       list.empty() ? "none" : list});
 }
 
 const NpyArray* NpzFile::find(std::string_view name) const {
-  const std::size_t number =
-      numbers_.find(name, [&](std::size_t i) -> std::string_view { return names_[i]; });
-  return number == NameNumbers::none ? nullptr : &arrays_[number];
+  const auto found = arrays_.find(name);
+  return found == arrays_.end() ? nullptr : &found->second;
 }
 
 std::string NpzWriter::bytes(bool compress) const {

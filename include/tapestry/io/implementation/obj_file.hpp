@@ -176,10 +176,9 @@ class ObjParser {
   std::int32_t group_index(std::string_view name) {
     if (name.empty()) name = "default";
     auto& groups = loaded_.mesh.groups;
-    const std::size_t index =
-        group_numbers_.add(name, [&](std::size_t i) -> std::string_view { return groups[i]; });
-    if (index == groups.size()) append(groups, std::string(name));
-    return static_cast<std::int32_t>(index);
+    const auto [place, is_new] = group_numbers_.try_emplace(std::string(name), groups.size());
+    if (is_new) append(groups, place->first);
+    return static_cast<std::int32_t>(place->second);
   }
 
   [[nodiscard]] std::string beginning_format() const {
@@ -243,7 +242,7 @@ class ObjParser {
   std::vector<ObjCorner> corners_;
   std::array<std::pair<std::int32_t, std::size_t>, 3>
       highest_{};  // the largest index of each kind and its line
-  NameNumbers group_numbers_;
+  std::map<std::string, std::size_t> group_numbers_;
   ObjFaces faces_;
   ObjMaterials materials_;
   std::int32_t material_ = -1;

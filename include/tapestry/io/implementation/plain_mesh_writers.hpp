@@ -1,5 +1,4 @@
 #pragma once
-#include <charconv>
 #include <map>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/image_file.hpp>

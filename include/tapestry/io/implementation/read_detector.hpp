@@ -18,8 +18,7 @@ namespace detail {
 }
 
 [[nodiscard]] inline FileError no_common_layer(const std::string& path) {
-  return FileError(ErrorKind::mismatch,
-                   {path, "", "there is no layer that all heads see, to map attention over"});
+  return file_mismatch({path, "", "there is no layer that all heads see, to map attention over"});
 }
 
 /// The value of a Darknet model's layer with this number or, if empty, of the last layer that all heads
@@ -53,8 +52,7 @@ template <std::floating_point T>
                          : darknet_model<T>(*network, files.config, files.size, files.size, decode);
   if (warnings != nullptr) *warnings = remarks;
   if (model.heads().empty())
-    throw FileError(ErrorKind::mismatch,
-                    {model.config().name, "", "the network has no [yolo] or [region] section"});
+    throw file_mismatch({model.config().name, "", "the network has no [yolo] or [region] section"});
   std::vector<std::string> layers;
   for (const std::string& layer : files.layers) layers.push_back(darknet_layer(model, layer));
   return model.detector(layers);
@@ -79,7 +77,7 @@ template <std::floating_point T>
 
 /// The names of families that a network's layers fit, for messages.
 [[nodiscard]] inline std::string fitting_words(const nn::NetworkDescription& network, std::size_t size) {
-  const std::string words = tapestry::detail::listed(detect::fitting_exports(network, size));
+  const std::string words = listed(detect::fitting_exports(network, size));
   return words.empty() ? "its layers fit no family that --detector names"
                        : "its layers fit --detector " + words;
 }
@@ -131,8 +129,8 @@ struct SourcedDescription {
     const std::string source = files.weights + ":" + description_key;
     auto own = parse_detector_description(found->second, source);
     if (given && own != given->description)
-      throw FileError(ErrorKind::mismatch, {file, "", "contradicts the description within " + files.weights,
-                                            "the same one, or no such file", ""});
+      throw file_mismatch({file, "", "contradicts the description within " + files.weights,
+                           "the same one, or no such file", ""});
     return {std::move(own), source};
   }
   if (given) return *given;
@@ -197,9 +195,8 @@ inline void require_class_count(const DetectorFiles& files, const nn::NetworkDes
                                 std::size_t classes) {
   const std::size_t named = class_count_of(files, network);
   if (named != 0 && named != classes)
-    throw FileError(ErrorKind::mismatch,
-                    {network.path, "", "not a detector of the classes that the model's metadata name",
-                     std::to_string(named), std::to_string(classes)});
+    throw file_mismatch({network.path, "", "not a detector of the classes that the model's metadata name",
+                         std::to_string(named), std::to_string(classes)});
 }
 
 /// \param source  receives the description's origin

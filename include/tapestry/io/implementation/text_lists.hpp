@@ -1,29 +1,12 @@
 #pragma once
+#include <map>
 #include <tapestry/core/in_quotes.hpp>
-#include <tapestry/io/detail/name_numbers.hpp>
 #include <tapestry/io/detail/number_formats.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <tapestry/io/text_lists.hpp>
 
 namespace tapestry::io {
-namespace detail {
-
-/// Keeps the first of equal ids; returns the number of ids dropped.
-inline std::size_t drop_repeated(std::vector<std::int64_t>& ids, std::size_t face_count) {
-  std::vector<bool> seen(face_count + 1, false);
-  const auto repeated = [&](std::int64_t id) {
-    const bool before = seen[static_cast<std::size_t>(id)];
-    seen[static_cast<std::size_t>(id)] = true;
-    return before;
-  };
-  const std::size_t count = ids.size();
-  ids.erase(std::remove_if(ids.begin(), ids.end(), repeated), ids.end());
-  return count - ids.size();
-}
-
-}  // namespace detail
-
 bool TextLines::next() {
   if (!next_piece()) return false;
   number_ = piece_number_;
@@ -146,7 +129,7 @@ std::vector<std::string> read_class_names(const std::string& path, std::size_t c
   const std::string text = read_text_file(path, std::uint64_t(1) << 22U);
   TextLines lines(text, path, 1000);
   std::vector<std::string> names;
-  NameNumbers numbers;
+  std::map<std::string, std::size_t> lines_of;
   std::size_t empty_line = 0;
   while (lines.next()) {
     const std::string_view name = lines.rest_of_line();
@@ -155,10 +138,10 @@ std::vector<std::string> read_class_names(const std::string& path, std::size_t c
       continue;
     }
     if (empty_line != 0) lines.fail_at(empty_line, "empty line between class names", "a name");
-    const std::size_t number = numbers.add(name, [&](std::size_t i) -> std::string_view { return names[i]; });
-    if (number < names.size())  // no empty line before
-      lines.fail("class name " + in_quotes(name) + " is repeated", "", "line " + std::to_string(number + 1),
-                 ErrorKind::mismatch);
+    const auto [first, is_new] = lines_of.try_emplace(std::string(name), lines.number());
+    if (!is_new)
+      lines.fail("class name " + in_quotes(name) + " is repeated", "",
+                 "line " + std::to_string(first->second), ErrorKind::mismatch);
     names.emplace_back(name);
   }
   if (names.empty()) lines.fail_at(0, "no class names", "one name a line", "none");
@@ -197,7 +180,9 @@ FaceList read_face_list(const std::string& path, std::size_t face_count) {
                       std::to_string(*most),
                   ErrorKind::mismatch);
   }
-  const std::size_t repeated = detail::drop_repeated(list.ids, face_count);
+  std::vector<std::uint8_t> seen(face_count + 1);
+  const std::size_t repeated = std::erase_if(
+      list.ids, [&](std::int64_t id) { return std::exchange(seen[static_cast<std::size_t>(id)], 1) != 0; });
   if (repeated > 0)
     list.warnings.push_back(path + ": " + std::to_string(repeated) + " face numbers are repeated");
   if (list.ids.size() == face_count)

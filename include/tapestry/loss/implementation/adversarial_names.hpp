@@ -1,16 +1,13 @@
 #pragma once
-#include <tapestry/autodiff/arrays/gather.hpp>
 #include <tapestry/loss/adversarial.hpp>
 
 namespace tapestry::loss {
 
 AdversarialLoss adversarial_loss_by_name(const std::string& name) {
-  std::string names;
-  for (const NamedLoss& loss : adversarial_losses) {
-    if (name == loss.name) return loss.kind;
-    names += (names.empty() ? "" : ", ") + std::string(loss.name);
-  }
-  throw DomainError({"no adversarial loss is called '", name, "'; there are ", names});
+  const auto* const found = std::ranges::find(adversarial_losses, name, &NamedLoss::name);
+  if (found != adversarial_losses.end()) return found->kind;
+  throw DomainError({"no adversarial loss is called '", name, "'; there are ",
+                     listed(adversarial_losses, &NamedLoss::name)});
 }
 
 std::string name_of(AdversarialLoss kind) {

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/nn/detail/convolution_region.hpp>
 #include <tapestry/nn/detail/depthwise_convolution.hpp>
 
 namespace tapestry::nn {

@@ -13,7 +13,6 @@ template <std::floating_point T>
 
 namespace detail {
 
-/// One convolution with few channels out.
 template <std::floating_point T>
 class FewChannelConvolution {
  public:

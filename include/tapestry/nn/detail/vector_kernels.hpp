@@ -3,8 +3,6 @@
 #include <tapestry/core/instruction_set.hpp>
 #include <tapestry/core/vector_exp.hpp>
 #include <tapestry/nn/activation.hpp>
-#include <type_traits>
-#include <utility>
 
 namespace tapestry::nn {
 
@@ -104,7 +102,6 @@ struct GatherArguments {
 template <std::floating_point T>
 using ElementIndex = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
 
-/// One window of a max-pooling.
 template <std::floating_point T>
 struct MaxPoolArguments {
   const T* in;  ///< the window's first pixel
@@ -145,7 +142,6 @@ struct WinogradFilterArguments {
   std::size_t point_step;
 };
 
-/// Transforms the inputs of one tile.
 template <std::floating_point T>
 struct WinogradInputArguments {
   const T* const* pixels;  ///< pixels of the tile by rows, each readable to a whole vector

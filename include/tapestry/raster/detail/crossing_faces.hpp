@@ -104,7 +104,6 @@ class SeenFaces {
     [[nodiscard]] std::int32_t at(std::size_t column) const {
       return column < shown.size() ? shown[column] : none;
     }
-    /// The faces of a pixel that is not missing.
     [[nodiscard]] std::span<const std::int32_t> faces(std::size_t column) const {
       return band->at(first_pixel + column);
     }

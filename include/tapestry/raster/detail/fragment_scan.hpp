@@ -95,7 +95,6 @@ class FragmentRow {
                                   place_[0].data(), place_[1].data(), b.data());
   }
 
-  /// Calls visit(fragment) for each.
   template <class Visit>
   void visit(std::size_t first_pixel, Visit& visit) const {
     for (std::size_t i = 0; i < size_; ++i) {

@@ -3,7 +3,6 @@
 
 namespace tapestry::raster {
 
-/// A picture of a mesh with a texture.
 template <std::floating_point T>
 struct TexturedPicture {
   Array<T, 3> colour;                ///< [H, W, 3], lit colour times coverage, row 0 on top

@@ -20,7 +20,6 @@ namespace detail {
   return static_cast<std::int8_t>((is_alike ? -1 : 1) * (is_seam ? 2 : 1));
 }
 
-/// Whether all faces are connected by edges.
 [[nodiscard]] inline bool is_one_piece(const MeshEdges& edges) {
   std::vector<std::int32_t> parent(edges.face_count);
   std::iota(parent.begin(), parent.end(), 0);

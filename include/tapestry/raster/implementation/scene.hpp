@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/geometry/shapes.hpp>
-#include <tapestry/raster/fragments.hpp>
 #include <tapestry/raster/scene.hpp>
 
 namespace tapestry::raster {

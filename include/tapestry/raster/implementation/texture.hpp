@@ -1,9 +1,7 @@
 #pragma once
-#include <tapestry/autodiff/record.hpp>
 #include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/detail/surface.hpp>
-#include <tapestry/raster/texture_layout.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
 namespace tapestry::raster {

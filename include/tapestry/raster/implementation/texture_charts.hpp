@@ -2,7 +2,6 @@
 #include <map>
 #include <numeric>
 #include <set>
-#include <tapestry/raster/detail/fragment_shader.hpp>
 #include <tapestry/raster/detail/texture_kinds.hpp>
 #include <tapestry/raster/used_texels.hpp>
 

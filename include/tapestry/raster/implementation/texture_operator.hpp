@@ -1,5 +1,4 @@
 #pragma once
-#include <bit>
 #include <tapestry/raster/render_variable.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 

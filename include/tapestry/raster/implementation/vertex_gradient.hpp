@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/render_variable.hpp>
 
 namespace tapestry::raster {

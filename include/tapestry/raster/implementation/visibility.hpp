@@ -1,9 +1,18 @@
 #pragma once
-#include <tapestry/raster/detail/pixel_rays.hpp>
+#include <tapestry/raster/deferred.hpp>
 #include <tapestry/raster/detail/tiled_triangles.hpp>
 #include <tapestry/raster/visibility.hpp>
 
 namespace tapestry::raster {
+
+PixelFaces pixel_faces(std::shared_ptr<const geometry::Mesh> mesh, const geometry::Camera& camera,
+                       std::size_t height, std::size_t width, std::shared_ptr<const MeshEdges> edges) {
+  PixelFaces pixels{std::move(mesh), camera, height, width, {}, {}};
+  pixels.face = visibility(*pixels.mesh, camera, height, width, 1).face;
+  pixels.edges = detail::edges_of("pixel_faces", *pixels.mesh, std::move(edges));
+  return pixels;
+}
+
 namespace detail {
 
 void require_view(const char* operation, const geometry::Camera& camera, std::size_t height,
@@ -91,3 +100,39 @@ std::size_t automatic_samples_per_axis(const geometry::Mesh& mesh, const geometr
 }
 
 }  // namespace tapestry::raster
+
+namespace tapestry::raster::detail {
+
+void require_positions_adjoint(const char* operation, const geometry::Mesh& mesh,
+                               const std::vector<geometry::Vector3>& positions_adjoint) {
+  if (positions_adjoint.size() != mesh.positions.size())
+    throw ShapeError({operation, ": positions_adjoint is [", positions_adjoint.size(), "], expected [",
+                      mesh.positions.size(), "], one entry a position"});
+}
+
+std::shared_ptr<const MeshEdges> edges_of(const char* operation, const geometry::Mesh& mesh,
+                                          std::shared_ptr<const MeshEdges> kept) {
+  if (kept == nullptr) return std::make_shared<const MeshEdges>(mesh_edges(mesh));
+  if (kept->welded.size() == mesh.positions.size() && kept->face_count == mesh.faces.size()) return kept;
+  const auto size = [](std::size_t positions, std::size_t faces) {
+    return std::to_string(positions) + " positions and " + std::to_string(faces) + " faces";
+  };
+  throw ShapeError({operation, ": edges are those of a mesh of ", size(kept->welded.size(), kept->face_count),
+                    ", expected ", size(mesh.positions.size(), mesh.faces.size())});
+}
+
+void leave_out_inner_sides(const MeshEdges& edges, const SeenFaces& seen,
+                           const std::vector<geometry::Vector3>& positions_view,
+                           const geometry::Camera& camera, FacesInView& faces) {
+  if (!edges.is_closed) return;
+  std::array<bool, 3> has{};  // faces of winding −1, 0 and 1
+  seen.for_each_face(
+      [&](std::int32_t face) { has[static_cast<std::size_t>(faces.winding(face) + 1)] = true; });
+  if (has[1] || has[0] == has[2] ||
+      std::any_of(positions_view.begin(), positions_view.end(),
+                  [&](const geometry::Vector3& position) { return !(position[2] > camera.near); }))
+    return;
+  faces.leave_out(has[0] ? 1 : -1);
+}
+
+}  // namespace tapestry::raster::detail

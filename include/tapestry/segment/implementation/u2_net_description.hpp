@@ -180,8 +180,8 @@ std::vector<std::string> u2_net_logits(const nn::NetworkDescription& network) {
       return candidate.operation == "Sigmoid" && candidate.outputs.front() == output;
     });
     if (node == network.nodes.end())
-      throw FileError(ErrorKind::mismatch, {network.path, "", "output '" + output + "' is not of a Sigmoid",
-                                            "side outputs in [0, 1]", ""});
+      throw file_mismatch(
+          {network.path, "", "output '" + output + "' is not of a Sigmoid", "side outputs in [0, 1]", ""});
     logits.push_back(node->inputs.front());
   }
   return logits;

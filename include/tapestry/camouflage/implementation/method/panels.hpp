@@ -1,7 +1,5 @@
 #pragma once
 #include <tapestry/camouflage/detail/method/method.hpp>
-#include <tapestry/core/finite.hpp>
-#include <tapestry/raster/bake.hpp>
 
 namespace tapestry::camouflage {
 namespace detail {

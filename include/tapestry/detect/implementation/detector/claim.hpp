@@ -6,9 +6,9 @@ namespace tapestry::detect::detail {
 [[nodiscard]] inline FileError other_kind(const std::string& path, const DetectorDescription& kind,
                                           const std::string& what, const std::string& expected,
                                           const std::string& found) {
-  return FileError(ErrorKind::mismatch,
-                   {path, "", "not a detector of the kind " + std::string(name_of(kind.head)) + ": " + what,
-                    expected, found});
+  return file_mismatch({path, "",
+                        "not a detector of the kind " + std::string(name_of(kind.head)) + ": " + what,
+                        expected, found});
 }
 
 /// \throws DomainError unless an end-to-end output, and no other one, has a number of classes
@@ -49,11 +49,11 @@ void require_as_described(const OutputClaim& claim, const DecodedOutputs& output
   };
   const auto refuse = [&](const char* what, std::size_t candidate, std::size_t channel,
                           const std::string& expected) {
-    throw FileError(ErrorKind::mismatch, {claim.path, "",
-                                          "output " + in_quotes(outputs.scores) + " is not as described: " +
-                                              what + " of candidate " + std::to_string(candidate) +
-                                              " in channel " + std::to_string(channel),
-                                          expected, std::to_string(value(candidate, channel))});
+    throw file_mismatch({claim.path, "",
+                         "output " + in_quotes(outputs.scores) + " is not as described: " + what +
+                             " of candidate " + std::to_string(candidate) + " in channel " +
+                             std::to_string(channel),
+                         expected, std::to_string(value(candidate, channel))});
   };
   constexpr std::size_t box = 4;
   const bool is_chosen = outputs.classes > 0;

@@ -43,8 +43,7 @@ inline void require_decodable(const std::string& path, const DetectorDescription
 inline void require_value(const nn::NetworkDescription& network, const std::string& what,
                           const std::string& name) {
   if (nn::maker_of(network, name) == nullptr)
-    throw FileError(ErrorKind::mismatch,
-                    {network.path, "", "no node makes the " + what + " " + in_quotes(name)});
+    throw file_mismatch({network.path, "", "no node makes the " + what + " " + in_quotes(name)});
 }
 
 /// The network with other outputs: the values that the heads are computed from, then the layers, then the

@@ -5,7 +5,6 @@
 
 namespace tapestry::evaluate {
 
-/// An element of an XML text.
 struct XmlElement {
   std::string name{};
   std::string text{};  ///< text of the element itself, without blanks around it
@@ -52,7 +51,7 @@ class XmlReader {
 
   [[noreturn]] void fail(const std::string& what, const std::string& expected = "",
                          const std::string& found = "") const {
-    throw FileError(ErrorKind::malformed, {path_, std::to_string(line_), what, expected, found});
+    throw malformed_file({path_, std::to_string(line_), what, expected, found});
   }
 
   [[nodiscard]] std::string_view rest() const { return text_.substr(at_); }

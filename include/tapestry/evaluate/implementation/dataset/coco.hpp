@@ -36,7 +36,6 @@ class CocoEntry {
     return *found;
   }
 
-  /// A whole number from low to high.
   [[nodiscard]] std::uint64_t integer(const char* key, std::uint64_t low, std::uint64_t high) const {
     const auto& value = member(key);
     if (!value.is_number_unsigned() || value.get<std::uint64_t>() < low || value.get<std::uint64_t>() > high)
@@ -77,8 +76,7 @@ class CocoReader {
 
   [[nodiscard]] Dataset read() {
     if (!json_.value.is_object())
-      throw FileError(ErrorKind::malformed,
-                      {path_, "", "not a COCO data set", "a JSON object", json_.value.type_name()});
+      throw malformed_file({path_, "", "not a COCO data set", "a JSON object", json_.value.type_name()});
     read_categories();
     read_pictures();
     read_annotations();
@@ -93,13 +91,12 @@ class CocoReader {
   void for_each_entry(const char* list, Visit visit) const {
     const auto found = json_.value.find(list);
     if (found == json_.value.end())
-      throw FileError(ErrorKind::malformed,
-                      {path_, "", "not a COCO data set of instances",
-                       "lists images, annotations and categories", std::string("no ") + list});
+      throw malformed_file({path_, "", "not a COCO data set of instances",
+                            "lists images, annotations and categories", std::string("no ") + list});
     const std::string& position = json_.positions.at(list);
     if (!found->is_array())
-      throw FileError(ErrorKind::malformed,
-                      {path_, position, std::string(list) + " makes no sense", "a list", found->type_name()});
+      throw malformed_file(
+          {path_, position, std::string(list) + " makes no sense", "a list", found->type_name()});
     IndexOfId first;
     for (std::size_t i = 0; i < found->size(); ++i) {
       const CocoEntry entry((*found)[i], path_, position, std::string(list) + "[" + std::to_string(i) + "]");
@@ -147,7 +144,7 @@ class CocoReader {
       dataset_.pictures.push_back(std::move(picture));
     });
     if (dataset_.pictures.empty())
-      throw FileError(ErrorKind::mismatch, {path_, "", "no pictures", "entries of images", "none"});
+      throw file_mismatch({path_, "", "no pictures", "entries of images", "none"});
     std::sort(dataset_.pictures.begin(), dataset_.pictures.end(),
               [](const auto& a, const auto& b) { return a.id < b.id; });
     for (std::size_t i = 0; i < dataset_.pictures.size(); ++i)

@@ -1,5 +1,4 @@
 #pragma once
-#include <cctype>
 #include <map>
 #include <tapestry/evaluate/dataset/readers.hpp>
 #include <tapestry/evaluate/detail/dataset/xml_reader.hpp>
@@ -38,8 +37,8 @@ inline bool add_yolo_picture(Dataset& dataset, const std::string& path, std::siz
 /// \param labelled  pictures with a file of labels
 inline void require_labels(Dataset& dataset, const std::string& path, std::size_t labelled) {
   if (labelled == 0)
-    throw FileError(ErrorKind::mismatch, {path, "", "no picture has labels",
-                                          "a .txt beside it, or below labels/ for images/", "none"});
+    throw file_mismatch(
+        {path, "", "no picture has labels", "a .txt beside it, or below labels/ for images/", "none"});
   const std::size_t empty = dataset.pictures.size() - labelled;
   if (empty > 0)
     dataset.warnings.push_back(path + ": " + std::to_string(empty) + " of " +
@@ -54,7 +53,7 @@ class VocElement {
 
   [[noreturn]] void fail(std::size_t line, const std::string& what, const std::string& expected,
                          const std::string& found) const {
-    throw FileError(ErrorKind::malformed, {path_, std::to_string(line), what, expected, found});
+    throw malformed_file({path_, std::to_string(line), what, expected, found});
   }
   [[nodiscard]] VocElement child(std::string_view name) const {
     std::size_t count = 0;
@@ -100,7 +99,6 @@ inline detect::Box voc_box(const VocElement& bounds) {
   return detect::box_from_corners(left, top, right, bottom);
 }
 
-/// Numbers the classes in order of their names.
 inline void number_classes(Dataset& dataset, const std::vector<std::vector<std::string>>& names) {
   std::map<std::string, std::size_t> index_of;
   for (const auto& of_picture : names)
@@ -155,13 +153,12 @@ Dataset read_yolo_folder(const std::string& folder, std::size_t class_count) {
   const std::string images = folder + "/images";
   const std::string from = io::is_folder(images) ? images : folder;
   const auto paths = io::listed_paths(from, io::has_picture_name);
-  if (paths.empty())
-    throw FileError(ErrorKind::mismatch, {from, "", "no pictures", io::picture_endings() + " files", "none"});
+  if (paths.empty()) throw file_mismatch({from, "", "no pictures", io::picture_endings() + " files", "none"});
   const auto stem_of = [](const std::string& path) { return io::path_of(path).stem(); };
   const auto twin = std::ranges::adjacent_find(paths, {}, stem_of);  // sorted by name
   if (twin != paths.end())
-    throw FileError(ErrorKind::mismatch, {*twin, "", "two pictures would have the same labels", "other names",
-                                          in_quotes(io::path_of(twin[1]).filename().string())});
+    throw file_mismatch({*twin, "", "two pictures would have the same labels", "other names",
+                         in_quotes(io::path_of(twin[1]).filename().string())});
   Dataset dataset;
   std::size_t labelled = 0;
   for (const auto& path : paths)
@@ -241,13 +238,12 @@ Dataset read_voc(const std::string& folder, const std::string& images) {
     detail::require_picture(picture.path, path, "");
     const auto [other, is_new] = labels_of.emplace(picture.path, path);
     if (!is_new)
-      throw FileError(ErrorKind::mismatch, {path, "", "labels of a picture that has others",
-                                            "a picture of its own", printable(other->second)});
+      throw file_mismatch({path, "", "labels of a picture that has others", "a picture of its own",
+                           printable(other->second)});
     names.push_back(std::move(annotation.class_names));
     dataset.pictures.push_back(std::move(picture));
   }
-  if (dataset.pictures.empty())
-    throw FileError(ErrorKind::mismatch, {labels, "", "no labels", ".xml files", "none"});
+  if (dataset.pictures.empty()) throw file_mismatch({labels, "", "no labels", ".xml files", "none"});
   detail::number_classes(dataset, names);
   return dataset;
 }

@@ -1,7 +1,7 @@
 #pragma once
+#include <map>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/geometry/polygon_triangulator.hpp>
-#include <tapestry/io/detail/name_numbers.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/text_lines.hpp>
 #include <unordered_set>
@@ -89,13 +89,8 @@ class ObjMaterials {
   std::int32_t index(TextLines& lines) {
     std::string_view name = lines.rest_of_line();
     const std::string_view word = lines.word();
-    const auto& materials = loaded_.mesh.materials;
-    const auto is_known = [&](std::string_view called) {
-      return numbers_.find(called, [&](std::size_t i) -> std::string_view { return materials[i].name; }) !=
-             NameNumbers::none;
-    };
-    if (!is_known(name) && is_known(word)) name = word;
-    const std::size_t count = materials.size();
+    if (!numbers_.contains(name) && numbers_.contains(word)) name = word;
+    const std::size_t count = loaded_.mesh.materials.size();
     const std::size_t found = add({std::string(name), geometry::Material{}.colour}, lines);
     if (found == count) undefined_lines_[found] = lines.number();
     return static_cast<std::int32_t>(found);
@@ -160,15 +155,14 @@ class ObjMaterials {
   /// The index of the material with this name; the first one of a name counts.
   std::size_t add(const geometry::Material& material, const TextLines& lines) {
     auto& materials = loaded_.mesh.materials;
-    const std::size_t index =
-        numbers_.add(material.name, [&](std::size_t i) -> std::string_view { return materials[i].name; });
-    if (index < materials.size()) return index;
+    const auto [place, is_new] = numbers_.try_emplace(material.name, materials.size());
+    if (!is_new) return place->second;
     if (materials.size() >= most_)
       lines.fail("mesh is too large", "at most " + std::to_string(most_) + " materials", "more",
                  ErrorKind::limit);
     materials.push_back(material);
     undefined_lines_.push_back(0);
-    return index;
+    return place->second;
   }
 
   LoadedMesh& loaded_;
@@ -178,7 +172,7 @@ class ObjMaterials {
   std::size_t most_;
   std::uint64_t bytes_left_;
   std::unordered_set<std::string> names_;
-  NameNumbers numbers_;
+  std::map<std::string, std::size_t, std::less<>> numbers_;  // by name
 };
 
 /// Indices of a face's corner: vertex, texture coordinate and normal, -1 for none.

@@ -109,11 +109,11 @@ class ValueOrder {
   }
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw FileError(ErrorKind::malformed, {description_.path, "", what});
+    throw malformed_file({description_.path, "", what});
   }
   [[noreturn]] void fail_at(std::size_t i, const std::string& what, const std::string& found) const {
-    throw FileError(ErrorKind::malformed, {description_.path, "@" + std::to_string(nodes_[i].position),
-                                           nodes_[i].place + ": " + what, "", found});
+    throw malformed_file({description_.path, "@" + std::to_string(nodes_[i].position),
+                          nodes_[i].place + ": " + what, "", found});
   }
 
   const nn::NetworkDescription& description_;
@@ -188,10 +188,8 @@ class GraphReader {
   }
 
   [[nodiscard]] static bool fits(const nn::InputDescription& input, const nn::Constant& constant) {
-    if (input.type != constant.type || input.shape.size() != constant.shape.size()) return false;
-    for (std::size_t axis = 0; axis < input.shape.size(); ++axis)
-      if (input.shape[axis].value_or(constant.shape[axis]) != constant.shape[axis]) return false;
-    return true;
+    const auto agrees = [](const auto& open, std::size_t extent) { return open.value_or(extent) == extent; };
+    return input.type == constant.type && std::ranges::equal(input.shape, constant.shape, agrees);
   }
 
   ProtobufMessage message_;

@@ -182,6 +182,14 @@ void each_field(ProtobufMessage message, std::uint32_t tag, Visit visit) {
   while (message.next())
     if (message.tag() == tag) visit(message);
 }
+
+/// The text in the last field with this tag; empty without one.
+[[nodiscard]] inline std::string text_within(const ProtobufMessage& message, std::uint32_t tag,
+                                             std::string_view field) {
+  std::string_view text;
+  each_field(message, tag, [&](ProtobufMessage& at) { text = at.bytes(field); });
+  return std::string(text);
+}
 }  // namespace detail
 
 /// Counts records that take more memory than their bytes in the file, up to a limit.

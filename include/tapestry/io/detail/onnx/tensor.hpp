@@ -2,7 +2,6 @@
 #include <map>
 #include <tapestry/io/detail/onnx/external_data.hpp>
 #include <tapestry/io/detail/onnx/tensor_elements.hpp>
-#include <tapestry/nn/network/tensor.hpp>
 
 namespace tapestry::io {
 

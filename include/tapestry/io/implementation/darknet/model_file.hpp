@@ -1,25 +1,11 @@
 #pragma once
 #include <tapestry/io/darknet/model_file.hpp>
-#include <tapestry/io/detail/darknet/known_keys.hpp>
-#include <tapestry/io/detail/darknet/layer_parsing.hpp>
 #include <tapestry/io/detail/npy_header.hpp>
 #include <tapestry/io/detector_file.hpp>
 #include <tapestry/io/onnx/onnx_file.hpp>
 
 namespace tapestry::io {
 namespace detail {
-
-inline void parse_net(SectionReader& reader, detect::NetworkConfig& config) {
-  config.line = reader.line();
-  config.width = reader.count("width", config.width, 1, 16384);
-  config.height = reader.count("height", config.height, 1, 16384);
-  config.channels = reader.count("channels", config.channels, 1, 1 << 20);
-  if (config.channels != 3)
-    throw reader.error(*reader.find("channels"), "the network is fed with colour pictures", "channels=3",
-                       std::to_string(config.channels), ErrorKind::mismatch);
-  if (reader.find("letter_box") != nullptr)
-    config.letter_box = reader.integer("letter_box", 0, 0, 1, ErrorKind::malformed) != 0;
-}
 
 /// The cfg to use with a converted detector: its own, or the given one, which should be equal.
 [[nodiscard]] inline detect::NetworkConfig config_for(const DetectorMetadata& metadata,
@@ -42,10 +28,9 @@ inline void parse_net(SectionReader& reader, detect::NetworkConfig& config) {
   const std::string name = detect::constant_name(block);
   const auto found = network.constants.find(name);
   if (found == network.constants.end() || found->second.shape != shape)
-    throw FileError(
-        ErrorKind::mismatch,
-        {network.path, "", "constant " + in_quotes(name) + " is not that of " + config.name,
-         shape_text(shape), found == network.constants.end() ? "none" : shape_text(found->second.shape)});
+    throw file_mismatch({network.path, "", "constant " + in_quotes(name) + " is not that of " + config.name,
+                         shape_text(shape),
+                         found == network.constants.end() ? "none" : shape_text(found->second.shape)});
   return found->second;
 }
 

@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/core/finite.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detail/number_formats.hpp>
@@ -24,7 +22,7 @@ std::string describe(const detect::NetworkConfig& config, const detect::Paramete
 [[nodiscard]] inline std::uint64_t check_header(const RegularFile& file,
                                                 std::span<const std::byte> beginning) {
   const auto fail = [&](const std::string& what, const std::string& expected, const std::string& found) {
-    throw FileError(ErrorKind::malformed, {file.path(), "@0", what, expected, found});
+    throw malformed_file({file.path(), "@0", what, expected, found});
   };
   const std::string_view recognised = recognised_format(beginning);
   if (!recognised.empty()) fail("not Darknet weights", "a .weights file", std::string(recognised));
@@ -48,15 +46,14 @@ std::string describe(const detect::NetworkConfig& config, const detect::Paramete
     if (block.offset + block.count <= floats) continue;
     const std::uint64_t begin = header + 4 * std::uint64_t(block.offset);
     const std::uint64_t left = file.size() > begin ? file.size() - begin : 0;
-    return FileError(
-        ErrorKind::malformed,
+    return malformed_file(
         {file.path(), "@" + std::to_string(begin),
          "file ends in the " + describe(config, block) + "; cut short, or weights of another cfg",
          std::to_string(4 * std::uint64_t(block.count)) + " bytes there and " + std::to_string(layout.count) +
              " floats in all",
          std::to_string(left) + " bytes there and " + std::to_string(floats) + " floats in all"});
   }
-  return FileError(ErrorKind::malformed, {file.path(), "", "file ends early"});
+  return malformed_file({file.path(), "", "file ends early"});
 }
 
 std::uint64_t header_size(const RegularFile& file, const detect::NetworkConfig& config,
@@ -67,19 +64,17 @@ std::uint64_t header_size(const RegularFile& file, const detect::NetworkConfig& 
   const std::uint64_t other = 36 - by_version;  // 16 or 20
   if (file.size() == other + body && upper_half_is_zero == (other == 20)) return other;
   if (file.size() % 4 != 0)
-    throw FileError(
-        ErrorKind::malformed,
+    throw malformed_file(
         {file.path(), "", "size without its header is not a multiple of 4, so the file is damaged",
          std::to_string(by_version + body) + " bytes", std::to_string(file.size()) + " bytes"});
   if (file.size() < by_version + body) throw cut_weights(file, config, layout, by_version);
   if (allow_trailing) return by_version;
   const std::uint64_t unused = (file.size() - by_version - body) / 4;
-  throw FileError(
-      ErrorKind::mismatch,
-      {file.path(), "@" + std::to_string(by_version + body),
-       std::to_string(unused) + " floats unused; the weights belong to another cfg than " + config.name +
-           ", or were cut with a partial-layer tool",
-       std::to_string(layout.count) + " floats", std::to_string((file.size() - by_version) / 4) + " floats"});
+  throw file_mismatch({file.path(), "@" + std::to_string(by_version + body),
+                       std::to_string(unused) + " floats unused; the weights belong to another cfg than " +
+                           config.name + ", or were cut with a partial-layer tool",
+                       std::to_string(layout.count) + " floats",
+                       std::to_string((file.size() - by_version) / 4) + " floats"});
 }
 
 void check_block(const std::string& path, const detect::NetworkConfig& config,
@@ -89,8 +84,7 @@ void check_block(const std::string& path, const detect::NetworkConfig& config,
   for (std::size_t i = 0; i < values.size(); ++i) {
     const bool negative_variance = block.role == detect::ParameterRole::variance && values[i] < 0;
     if (is_finite(values[i]) && !negative_variance) continue;
-    throw FileError(
-        ErrorKind::malformed,
+    throw malformed_file(
         {path, begin ? "@" + std::to_string(*begin + 4 * std::uint64_t(block.offset + i)) : "",
          "element " + std::to_string(i) + " of the " + describe(config, block),
          negative_variance ? "a variance of at least 0" : "a finite number", std::to_string(values[i])});

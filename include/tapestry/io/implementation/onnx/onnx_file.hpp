@@ -50,31 +50,25 @@ class ModelReader {
   }
 
   /// Reads an operator set. The highest of several versions counts, as onnx.proto requires.
-  void read_opset(ProtobufMessage message) {
-    std::string_view domain;
+  void read_opset(const ProtobufMessage& message) {
     std::int64_t version = 0;
-    each_field(message, 1, [&](ProtobufMessage& at) { domain = at.bytes("domain"); });
     each_field(message, 2, [&](ProtobufMessage& at) { version = at.integer("version"); });
-    if (is_default_domain(domain) && (!opset_ || version > *opset_)) opset_ = version;
+    if (is_default_domain(text_within(message, 1, "domain")) && (!opset_ || version > *opset_))
+      opset_ = version;
   }
 
-  void read_metadata(ProtobufMessage message) {
-    std::string key, value;
-    each_field(message, 1, [&](ProtobufMessage& at) { key = at.bytes("key"); });
-    each_field(message, 2, [&](ProtobufMessage& at) { value = at.bytes("value"); });
-    if (!metadata_.emplace(key, std::move(value)).second)
+  void read_metadata(const ProtobufMessage& message) {
+    const std::string key = text_within(message, 1, "key");
+    if (!metadata_.emplace(key, text_within(message, 2, "value")).second)
       message.fail_whole("two values of the metadata " + in_quotes(key));
   }
 
   /// Refuses functions of ONNX's own domain: a function replaces the operator of its name, and that would go
   /// unnoticed. A function of another domain is refused where a node calls it.
-  void check_function(ProtobufMessage message) {
-    std::string_view name;
-    std::string_view domain;
-    each_field(message, 1, [&](ProtobufMessage& at) { name = at.bytes("name"); });
-    each_field(message, 10, [&](ProtobufMessage& at) { domain = at.bytes("domain"); });
-    if (is_default_domain(domain))
-      message.fail_whole("function " + in_quotes(name) + " replaces an operator, which is not supported");
+  static void check_function(const ProtobufMessage& message) {
+    if (is_default_domain(text_within(message, 10, "domain")))
+      message.fail_whole("function " + in_quotes(text_within(message, 1, "name")) +
+                         " replaces an operator, which is not supported");
   }
 
   [[noreturn]] void refuse_format(const std::string& why) const {
@@ -84,8 +78,7 @@ class ModelReader {
         recognised_format(std::as_bytes(std::span<const char>(beginning.data(), beginning.size())));
     std::string found = bytes.empty() ? "0 bytes" : std::string(recognised);
     if (found.empty()) found = why;
-    throw FileError(ErrorKind::malformed,
-                    {message_.file().path, "@0", "not an ONNX file", "a ModelProto of ONNX", found});
+    throw malformed_file({message_.file().path, "@0", "not an ONNX file", "a ModelProto of ONNX", found});
   }
 
   ProtobufMessage message_;
@@ -128,8 +121,7 @@ struct ElementSpan {
 /// Visits tensors within a node, with the name of its output: for a node Constant this is its value.
 template <class Visit>
 void visit_tensors(const ProtobufMessage& node, Visit visit) {
-  std::string name;
-  each_field(node, 2, [&](ProtobufMessage& at) { name = at.bytes("output"); });
+  const std::string name = text_within(node, 2, "output");
   each_field(node, 5, [&](ProtobufMessage& at) {
     each_field(at.message("attribute", node.place()), 5,
                [&](ProtobufMessage& attribute) { visit(attribute.message("value", node.place()), name); });
@@ -222,9 +214,8 @@ std::string with_weights(std::string_view bytes, const std::string& path, const 
   });
   for (const auto& [name, values] : weights)
     if (!found.contains(name))
-      throw FileError(ErrorKind::mismatch,
-                      {path, "", "weights " + in_quotes(name) + " cannot be replaced",
-                       "an initialiser or a node Constant with a tensor", "none of that name"});
+      throw file_mismatch({path, "", "weights " + in_quotes(name) + " cannot be replaced",
+                           "an initialiser or a node Constant with a tensor", "none of that name"});
   return replaced;
 }
 

@@ -124,45 +124,26 @@ class OnnxEncoder {
   }
 
   [[nodiscard]] static std::string encoded(const std::string& name, const nn::Attribute& attribute) {
+    constexpr std::array types{2, 1, 3, 7, 6, 4, 8};  // of AttributeProto, in the order of nn::Attribute
+    if (std::holds_alternative<std::shared_ptr<const nn::Subgraph>>(attribute))
+      throw DomainError("write_onnx: graphs within nodes are not supported");
     std::string bytes;
     protozero::pbf_writer writer(bytes);
     writer.add_string(1, name);
-    const auto write = [&](const auto& value) { return add_value(writer, value); };
-    writer.add_int32(20, std::visit(write, attribute));
+    if (const auto* number = std::get_if<double>(&attribute))
+      writer.add_float(2, static_cast<float>(*number));
+    if (const auto* number = std::get_if<std::int64_t>(&attribute)) writer.add_int64(3, *number);
+    if (const auto* text = std::get_if<std::string>(&attribute)) writer.add_bytes(4, *text);
+    if (const auto* constant = std::get_if<nn::Constant>(&attribute))
+      writer.add_message(5, tensor("", *constant));
+    if (const auto* list = std::get_if<std::vector<double>>(&attribute))
+      for (const double value : *list) writer.add_float(7, static_cast<float>(value));
+    if (const auto* list = std::get_if<std::vector<std::int64_t>>(&attribute))
+      for (const std::int64_t value : *list) writer.add_int64(8, value);
+    if (const auto* list = std::get_if<std::vector<std::string>>(&attribute))
+      for (const std::string& value : *list) writer.add_bytes(9, value);
+    writer.add_int32(20, types[attribute.index()]);
     return bytes;
-  }
-
-  // Each writes a value into an AttributeProto and returns its type.
-  static std::int32_t add_value(protozero::pbf_writer& writer, double value) {
-    writer.add_float(2, static_cast<float>(value));
-    return 1;
-  }
-  static std::int32_t add_value(protozero::pbf_writer& writer, std::int64_t value) {
-    writer.add_int64(3, value);
-    return 2;
-  }
-  static std::int32_t add_value(protozero::pbf_writer& writer, const std::string& value) {
-    writer.add_bytes(4, value);
-    return 3;
-  }
-  static std::int32_t add_value(protozero::pbf_writer& writer, const nn::Constant& value) {
-    writer.add_message(5, tensor("", value));
-    return 4;
-  }
-  static std::int32_t add_value(protozero::pbf_writer& writer, const std::vector<double>& values) {
-    for (const double value : values) writer.add_float(7, static_cast<float>(value));
-    return 6;
-  }
-  static std::int32_t add_value(protozero::pbf_writer& writer, const std::vector<std::int64_t>& values) {
-    for (const std::int64_t value : values) writer.add_int64(8, value);
-    return 7;
-  }
-  static std::int32_t add_value(protozero::pbf_writer& writer, const std::vector<std::string>& values) {
-    for (const std::string& value : values) writer.add_bytes(9, value);
-    return 8;
-  }
-  static std::int32_t add_value(protozero::pbf_writer&, const std::shared_ptr<const nn::Subgraph>&) {
-    throw DomainError("write_onnx: graphs within nodes are not supported");
   }
 
   /// The `size` lower bytes of a word, the lowest first.

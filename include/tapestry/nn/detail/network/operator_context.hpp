@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <array>
 #include <set>
 #include <tapestry/core/in_quotes.hpp>

@@ -153,10 +153,9 @@ std::map<std::string, Shape> Network<T>::input_shapes(const NetworkDescription& 
     Shape shape;
     for (std::size_t axis = 0; axis < input.shape.size(); ++axis) {
       if (!input.shape[axis] && axis > 0)
-        throw FileError(ErrorKind::mismatch,
-                        {description.path, "",
-                         "input " + in_quotes(input.name) + " has an open extent at axis " +
-                             std::to_string(axis) + "; state the input's size"});
+        throw file_mismatch({description.path, "",
+                             "input " + in_quotes(input.name) + " has an open extent at axis " +
+                                 std::to_string(axis) + "; state the input's size"});
       shape.push_back(input.shape[axis].value_or(1));
     }
     shapes.emplace(input.name, std::move(shape));

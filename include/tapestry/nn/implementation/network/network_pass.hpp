@@ -98,7 +98,7 @@ void NetworkPass<T>::run(const Program<T>& program, const ProgramUse& use, std::
       step.operation->forward({inputs_, results_, states_[s * batch_ + n], keeps, engine, batch,
                                holds_ ? window_of(plan_.get(), step.outputs.front()) : nullptr});
     } catch (const Error& error) {  // a fault of an operand's values, such as an index
-      throw FileError(ErrorKind::mismatch, {program.path, "", step.label + ": " + error.what()});
+      throw file_mismatch({program.path, "", step.label + ": " + error.what()});
     }
   });
   if (kept_ == nullptr) return;

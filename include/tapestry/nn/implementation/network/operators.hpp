@@ -1,6 +1,5 @@
 #pragma once
 /// \file
-#include <tapestry/nn/detail/network/layout_conversion.hpp>
 #include <tapestry/nn/detail/network/operators.hpp>
 #include <tapestry/nn/detail/network/operators/batch_normalization.hpp>
 #include <tapestry/nn/detail/network/operators/channel_shuffle.hpp>
@@ -21,7 +20,6 @@
 #include <tapestry/nn/detail/network/operators/scatter.hpp>
 #include <tapestry/nn/detail/network/operators/tangent.hpp>
 #include <tapestry/nn/detail/network/operators/variadic.hpp>
-#include <tapestry/nn/network/program_builder.hpp>
 
 /// The table of operators.hpp. It includes every operator and so takes a compiler long.
 

@@ -41,8 +41,7 @@ Program<T> ProgramBuilder<T>::build() {
   require_no_problems();
   for (const std::string& name : description_.outputs)
     if (!known_.contains(name))
-      throw FileError(ErrorKind::mismatch,
-                      {description_.path, "", "nothing makes the output " + in_quotes(name)});
+      throw file_mismatch({description_.path, "", "nothing makes the output " + in_quotes(name)});
   for (const std::string& name : description_.outputs)
     program_.outputs.push_back(value_of(name, known_.at(name), false, shape_of(known_.at(name)).size()));
   if (stores_constants_) put_weights_first();
@@ -280,10 +279,9 @@ std::size_t ProgramBuilder<T>::value_of(const std::string& name, Known& known, b
 
 template <std::floating_point T>
 void ProgramBuilder<T>::refuse() const {
-  throw FileError(ErrorKind::mismatch,
-                  {description_.path, "",
-                   std::to_string(problem_count_) + " node" + (problem_count_ == 1 ? "" : "s") +
-                       " cannot be run: " + problems_});
+  throw file_mismatch({description_.path, "",
+                       std::to_string(problem_count_) + " node" + (problem_count_ == 1 ? "" : "s") +
+                           " cannot be run: " + problems_});
 }
 
 }  // namespace tapestry::nn

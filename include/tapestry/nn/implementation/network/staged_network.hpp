@@ -29,7 +29,7 @@ void require_known_operators(const std::string& path, const std::vector<Node>& n
     const std::string& name = node.operation;
     if (!operators<T>().contains(name) && !decompositions().contains(name) && name != "Shape" &&
         name != "Size")
-      throw FileError(ErrorKind::mismatch, {path, "", label_of(node) + ": the operator is not supported"});
+      throw file_mismatch({path, "", label_of(node) + ": the operator is not supported"});
     for (const auto& [key, value] : node.attributes)
       if (const auto* graph = std::get_if<std::shared_ptr<const Subgraph>>(&value))
         require_known_operators<T>(path, (*graph)->nodes);
@@ -126,8 +126,7 @@ void StagedNetwork<T>::choose(const Stage& before, const StagedPass<T>& pass,
       auto results = fold_node<T>(node, before.rest.opset, operands, before.budget.folded);
       found[node.outputs.front()] = std::move(results.front());
     } catch (const Error& error) {
-      throw FileError(ErrorKind::mismatch,
-                      {before.rest.path, "", label_of(node) + ": " + std::string(error.what())});
+      throw file_mismatch({before.rest.path, "", label_of(node) + ": " + std::string(error.what())});
     }
   }
 }
@@ -204,8 +203,7 @@ void StagedNetwork<T>::take_outputs(StagedPass<T>& pass, const Stage& last) cons
     }
     const auto found = last.rest.constants.find(name);
     if (found == last.rest.constants.end())
-      throw FileError(ErrorKind::mismatch,
-                      {last.rest.path, "", "nothing makes the output " + in_quotes(name)});
+      throw file_mismatch({last.rest.path, "", "nothing makes the output " + in_quotes(name)});
     const Constant& constant = found->second;
     auto& buffer = pass.constants_[name];
     buffer.resize(constant.size());

@@ -163,13 +163,11 @@ struct MotionAdjoint {
   std::vector<geometry::Vector3>* turning;
 };
 
-/// Whether faces turn in their light.
 template <class Model>
 [[nodiscard]] bool is_turning(const MotionAdjoint& positions_adjoint) {
   return std::same_as<Model, Light> && positions_adjoint.turning != nullptr;
 }
 
-/// Derivatives from the fragments of one block.
 struct BlockShares {
   /// The derivative with respect to a face's light.
   struct Turning {

@@ -1,5 +1,4 @@
 #pragma once
-#include <algorithm>
 #include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::nn {
@@ -11,7 +10,6 @@ struct ValueFacts {
   const Constant* constant = nullptr;  ///< if it is known beforehand
 };
 
-/// Facts by the values' names.
 using NetworkFacts = std::map<std::string, ValueFacts>;
 
 /// A description that is being rewritten. Nodes keep their places, and each comes after those whose results

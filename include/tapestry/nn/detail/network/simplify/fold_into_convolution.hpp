@@ -1,5 +1,4 @@
 #pragma once
-#include <limits>
 #include <tapestry/nn/detail/network/simplify/merge_patterns.hpp>
 
 namespace tapestry::nn {
