@@ -20,7 +20,7 @@ class TangentCheck {
   };
 
   /// \param x  values of the inputs, one behind the other
-  /// \throws DomainError as Network::with_tangents()
+  /// \throws DomainError as Network::with_tangents(), or if an input holds no numbers
   TangentCheck(const nn::Network<double>& plain, Numbers x)
       : plain_(plain), both_(plain.with_tangents()), x_(std::move(x)), u_(random_values(x_.size(), 11)) {
     std::size_t place = 0;

@@ -41,8 +41,10 @@ class Network {
   /// Its adjoint of seeds (a on y, b on ẏ) is x̄ = Jᵀa + D(Jᵀb)[ẋ], second order, and Jᵀb for ẋ. Every input
   /// of floating-point numbers has a ẋ, and every output a ẏ, which is 0 where nothing depends on x.
   ///
+  /// \param of_weights  each weight has a direction, too: the weight of its name with "#0" behind it, zeros
+  ///                    at first. Operators other than products leave it out of weights()
   /// \throws DomainError naming an operator whose second order is not known
-  [[nodiscard]] Network with_tangents() const;
+  [[nodiscard]] Network with_tangents(bool of_weights = false) const;
 
   /// Extents of all inputs; parameters and errors as in the constructor.
   [[nodiscard]] static std::map<std::string, Shape> input_shapes(const NetworkDescription& description,

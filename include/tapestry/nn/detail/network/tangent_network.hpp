@@ -10,9 +10,11 @@ namespace tapestry::nn {
                                                       const NetworkFacts& facts);
 
 /// A network so divided, with its derivative along a direction, see Network::with_tangents().
-/// \param facts  of all values
+/// \param facts    of all values
+/// \param weights  names of constants that have a tangent, too
 /// \throws DomainError naming an operator of which the tangent is not known
-[[nodiscard]] NetworkDescription tangent_network(NetworkDescription description, const NetworkFacts& facts);
+[[nodiscard]] NetworkDescription tangent_network(NetworkDescription description, const NetworkFacts& facts,
+                                                 const std::set<std::string>& weights);
 
 /// Writes the nodes of one node's result and of its tangent.
 class TangentParts : public Decomposer {
@@ -32,7 +34,6 @@ class TangentParts : public Decomposer {
     const ValueFacts& facts = facts_.at(value);
     return (facts.constant != nullptr ? facts.constant->type : facts.type) == ElementType::floating;
   }
-  [[nodiscard]] bool is_constant(std::size_t i) const { return facts_.at(input(i)).constant != nullptr; }
 
   [[nodiscard]] bool varies(std::size_t i) const {
     return i < node().inputs.size() && tangents_.contains(input(i));

@@ -106,7 +106,7 @@ Program<T> Network<T>::build(NetworkDescription&& description, const std::map<st
 }
 
 template <std::floating_point T>
-Network<T> Network<T>::with_tangents() const {
+Network<T> Network<T>::with_tangents(bool of_weights) const {
   NetworkDescription description = program_.description;
   detail::for_each_shared(program_, description, [&](Constant& constant, const ProgramValue& value) {
     const T* const first = program_.constants.data() + value.constant;
@@ -119,6 +119,9 @@ Network<T> Network<T>::with_tangents() const {
     is_last = is_last || value.channels_last;
     shapes[value.name] = value.channels_last ? logical_shape(value.shape) : value.shape;
   }
+  std::set<std::string> weights;
+  for (const WeightBlock& block : program_.weights)
+    if (of_weights) weights.insert(block.name);
   const auto facts_of = [&](const NetworkDescription& of, auto use) {
     ProgramBuilder<T> finder(of, shapes, is_last, false);
     static_cast<void>(finder.build());
@@ -129,7 +132,7 @@ Network<T> Network<T>::with_tangents() const {
     return divided_for_tangents(description, finder.facts());
   });
   const NetworkDescription both = facts_of(divided, [&](const ProgramBuilder<T>& finder) {
-    return tangent_network(std::move(divided), finder.facts());
+    return tangent_network(std::move(divided), finder.facts(), weights);
   });
   for (std::size_t i = 0, next = input_count(); next < both.inputs.size(); ++i)
     if (both.inputs[i].type == ElementType::floating)

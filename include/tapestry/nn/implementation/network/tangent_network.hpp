@@ -105,8 +105,7 @@ inline void divide_convolution(TangentParts& parts) {
   const double a = attribute_of(node, "activation_a", 0.0), b = attribute_of(node, "activation_b", 0.0);
   const bool adds_last = !addend.empty() && attribute_of<std::int64_t>(node, "adds_first", 0) == 0;
   const bool is_rectifier = name == "Relu" || name == "LeakyRelu";
-  const bool has_constants = parts.is_constant(2) && (node.inputs.size() < 4 || parts.is_constant(3));
-  if (name.empty() || (is_rectifier && addend.empty() && has_constants)) return parts.keep();
+  if (name.empty() || (is_rectifier && addend.empty())) return parts.keep();
   for (const char* attribute : {"activation", "activation_a", "activation_b", "adds_first"})
     node.attributes.erase(attribute);
   if (adds_last) node.inputs[1].clear();
@@ -172,7 +171,8 @@ NetworkDescription divided_for_tangents(NetworkDescription description, const Ne
   return description;
 }
 
-NetworkDescription tangent_network(NetworkDescription description, const NetworkFacts& facts) {
+NetworkDescription tangent_network(NetworkDescription description, const NetworkFacts& facts,
+                                   const std::set<std::string>& weights) {
   static const std::set<std::string_view> steps{"Ceil",   "ConstantOfShape", "EyeLike", "Floor", "Hardmax",
                                                 "OneHot", "Range",           "Round",   "Sign"};
   ValueNames names = detail::names_of(description);
@@ -183,6 +183,11 @@ NetworkDescription tangent_network(NetworkDescription description, const Network
     const Shape& shape = facts.at(input.name).shape;
     tangents[input.name] = names.next(input.name);
     description.inputs.push_back({tangents[input.name], {shape.begin(), shape.end()}});
+  }
+  for (const std::string& weight : weights) {
+    Constant& twin = description.constants[tangents[weight] = names.next(weight)];
+    twin = {facts.at(weight).constant->shape, ElementType::floating, {}};
+    twin.values = std::vector<float>(size_of(twin.shape));
   }
   detail::rewrite(description, facts, names, tangents, [&](const Node& node) -> detail::TangentRule {
     const bool varies = std::ranges::any_of(node.inputs, [&](auto& name) { return tangents.contains(name); });

@@ -61,36 +61,37 @@ inline void sum(TangentParts& parts) {
   parts.set(parts.expanded(tangent, parts.shape(parts.input(i))));
 }
 
-/// Of nodes that are linear in operands 0 and `second` apart, with operands that are added.
-inline void product_of(TangentParts& parts, std::size_t second, std::initializer_list<std::size_t> added) {
+/// Of a node that is linear in operands 0 and `second` apart, with operands that are added.
+/// \param like  the node, with the operands and attributes of its tangents
+inline void product_of(TangentParts& parts, const Node& like, std::size_t second,
+                       std::initializer_list<std::size_t> added) {
+  parts.keep();
   std::string sum;
   const bool has_one = parts.varies(0) || parts.varies(second);
   for (const std::size_t i : {std::size_t(0), second}) {
     if (!parts.varies(i) && (has_one || i != 0)) continue;
-    auto inputs = parts.node().inputs;
+    auto inputs = like.inputs;
     inputs[i] = parts.tangent(i);
     for (const std::size_t k : added)
       if (k < inputs.size()) inputs[k] = sum.empty() && parts.varies(k) ? parts.tangent(k) : "";
-    const std::string term = parts.same(std::move(inputs)).front();
+    const std::string term = parts.add_all(like.operation, inputs, like.attributes, {""}).front();
     sum = sum.empty() ? term : parts.add("Add", {sum, term});
   }
-  parts.keep();
   parts.set(sum);
 }
-inline void product(TangentParts& parts) { product_of(parts, 1, {2}); }
+inline void product(TangentParts& parts) { product_of(parts, parts.node(), 1, {2}); }
 
 /// FusedConv without an activation, or with a rectifier, whose tangent takes the signs of the result.
 inline void fused_convolution(TangentParts& parts) {
   Node node = parts.node();
   if (node.attributes.contains("signs")) parts.refuse();
   const std::string name = attribute_of(node, "activation", std::string());
-  if (name.empty()) return product_of(parts, 2, {1, 3});
+  if (name.empty()) return product_of(parts, node, 2, {1, 3});
   node.attributes["signs"] = name == "Relu" ? 0.0 : attribute_of(node, "activation_a", 0.0);
   for (const char* const attribute : {"activation", "activation_a", "activation_b", "adds_first"})
     node.attributes.erase(attribute);
-  parts.keep();
-  parts.set(
-      parts.add_all("FusedConv", {parts.tangent(0), parts.result(), node.inputs[2]}, node.attributes, {""}));
+  node.inputs[1] = parts.result();
+  product_of(parts, node, 2, {3});
 }
 
 /// A function of each element or a choice of elements.
