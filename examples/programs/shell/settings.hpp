@@ -119,8 +119,9 @@ void visit_settings(SceneSettings& s, Visit visit) {
         "how colours are lit, filtered and blended: {linear}, in proportion to light as a camera sees it, or "
         "{encoded}, by the numbers of the picture as in the paper");
   visit("light", s.light,
-        "light on the car: {frame}, the light that the frame states, or {photo}, sun and sky estimated from "
-        "the car in each frame's picture, which is taken to be of one colour and well exposed");
+        "light on the car: {frame}, as the frame states; {photo}, one estimated from the pictures of each "
+        "place where a simulator's car stands, or of each frame; {place}, one for all frames without a "
+        "pose. The car is taken to be of one colour and well exposed, the light to be white");
   visit(
       "unpainted", s.unpainted,
       "what glass, tyres and other faces without paint show: {photo}, the frame's own pixels, where its mask "
