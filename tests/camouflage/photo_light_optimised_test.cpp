@@ -1,4 +1,4 @@
-#include <tapestry/camouflage/photo_light.hpp>
+#include <tapestry/camouflage/view_store.hpp>
 
 #include <iostream>
 #include <tapestry/geometry/shapes.hpp>
@@ -22,13 +22,15 @@ raster::PaintedMesh ball() {
   return body;
 }
 
-/// A sky above, a ground below and a sun, which make white paint at most white.
-raster::OutdoorLight afternoon(const geometry::Mesh& mesh) {
-  raster::OutdoorLight light;
+/// A sky above, a ground below and a sun, which make white paint at most white, under a coat that mirrors
+/// them.
+raster::PhotographedLight afternoon(const geometry::Mesh& mesh) {
+  raster::PhotographedLight light;
   light.sun = 0.6;
   light.direction = geometry::normalised({0.6, -0.5, 0.6});
   light.sky = {0.5, 0, 0.2, 0, 0, 0, 0, 0, 0};
   light.shadow = std::make_shared<const raster::ParallelView>(mesh, light.direction, 512);
+  light.coat = raster::NeutralCoat{5, {1.5, 0, 0.6, 0, 0, 0, 0, 0, 0}, light.sun, {}};
   return light;
 }
 
@@ -43,10 +45,11 @@ Array<double, 3> drawn(const raster::PaintedMesh& body, const geometry::Camera& 
 }
 
 template <class Light>
-io::Frame photographed(const raster::PaintedMesh& body, const Light& light) {
+io::Frame photographed(const raster::PaintedMesh& body, const Light& light,
+                       const geometry::Vector3& eye = {2, -3, 1.5}) {
   io::Frame frame;
   frame.name = "ball";
-  frame.camera = geometry::look_at({2, -3, 1.5}, {0, 0, 0}, {0, 0, 1}, 0.6);
+  frame.camera = geometry::look_at(eye, {0, 0, 0}, {0, 0, 1}, 0.6);
   const auto picture = drawn(body, *frame.camera, light, paint, side, side);
   frame.image = Array<std::uint8_t, 3>(Extents<3>{side, side, 3});
   for (std::size_t i = 0; i < picture.size(); ++i)
@@ -55,16 +58,20 @@ io::Frame photographed(const raster::PaintedMesh& body, const Light& light) {
 }
 
 /// Settings of photographs of the known paint.
-camouflage::PhotoLight of_paint(bool coat) {
+camouflage::PhotoLight of_paint() {
   camouflage::PhotoLight settings;
   settings.paint = paint;
-  settings.coat = coat;
   return settings;
+}
+
+std::optional<raster::EstimatedLight> light_of(const io::Frame& frame, const raster::PaintedMesh& body,
+                                               const camouflage::PhotoLight& settings = {}) {
+  return camouflage::photo_light({&frame, 1}, body, settings);
 }
 
 /// Mean and greatest difference of two lights over the points of a frame.
 std::array<double, 2> difference(const raster::PaintedMesh& body, const io::Frame& frame,
-                                 const raster::OutdoorLight& a, const raster::OutdoorLight& b) {
+                                 const raster::PhotographedLight& a, const raster::PhotographedLight& b) {
   const auto first = raster::prepare(body.mesh, *frame.camera, a);
   const auto second = raster::prepare(body.mesh, *frame.camera, b);
   double sum = 0, greatest = 0;
@@ -79,13 +86,17 @@ std::array<double, 2> difference(const raster::PaintedMesh& body, const io::Fram
   return {sum, greatest};
 }
 
-/// Mean absolute difference of the car in its observed colour from the photograph: over all of it, over
-/// pixels that show paint, over the rest.
+/// Mean absolute difference of the car in its observed colours, a texel a face, from the photograph: over all
+/// of it, over pixels that show paint, over the rest.
 std::array<double, 3> errors_over(const camouflage::View<float>& view) {
-  Array<float, 2> colour(Extents<2>{1, 3});
-  for (std::size_t c = 0; c < 3; ++c)
-    colour(0, c) = static_cast<float>(image::encoded(view.photo_light->product[c]));
-  const auto picture = camouflage::picture_of(view, colour);
+  const auto& estimate = *view.photo_light;
+  Array<float, 2> colours(Extents<2>{estimate.others.size(), 3});
+  for (std::size_t i = 0; i < colours.size(); ++i) {
+    const std::size_t other = estimate.others[i / 3];
+    const auto& observed = other > 0 ? estimate.other[other - 1] : estimate.product;
+    colours.data()[i] = static_cast<float>(image::encoded(std::min(1.0, observed[i % 3])));
+  }
+  const auto picture = camouflage::picture_of(view, colours);
   const auto& drawn = *view.paint_to_picture;
   std::array<double, 3> sums{0, 0, 0}, counts{0, 0, 0};
   for (std::size_t pixel = 0; pixel < drawn.coverage.size(); ++pixel) {
@@ -104,13 +115,16 @@ std::array<double, 3> errors_over(const camouflage::View<float>& view) {
   return sums;
 }
 
+/// The picture of a car with a texel a face, all of them of one grey.
+Array<float, 3> painted(const camouflage::View<float>& view, float level) {
+  const std::size_t face_count = view.photo_light->others.size();
+  return camouflage::picture_of(view, tapestry::filled<float, 2>(Extents<2>{face_count, 3}, level));
+}
+
 /// How much lighter white paint shows than black, encoded: the first quartile of the pixels that show paint
 /// alone.
 double white_beyond_black(const camouflage::View<float>& view) {
-  const auto painted = [&](float level) {
-    return camouflage::picture_of(view, tapestry::filled<float, 2>(Extents<2>{1, 3}, level));
-  };
-  const auto white = painted(1), black = painted(0);
+  const auto white = painted(view, 1), black = painted(view, 0);
   const auto& drawn = *view.paint_to_picture;
   std::vector<double> steps;
   for (const std::size_t pixel : drawn.pixels) {
@@ -136,7 +150,7 @@ TEST_CASE("sun and sky are found again from a photograph of known paint", "[camo
   const auto body = ball();
   const auto light = afternoon(body.mesh);
   const auto frame = photographed(body, light);
-  const auto estimate = camouflage::photo_light(frame, body, of_paint(false));
+  const auto estimate = light_of(frame, body, of_paint());
   REQUIRE(estimate);
   CHECK(angle(estimate->light.direction, light.direction) <= 0.05);
   CHECK(estimate->error <= 0.01);
@@ -153,7 +167,7 @@ TEST_CASE("trim and dirt over a fifth of the car hardly change its light", "[cam
   for (std::size_t pixel = 0; pixel < side * side; ++pixel)
     if (random.index(5) == 0)
       for (std::size_t c = 0; c < 3; ++c) frame.image.data()[3 * pixel + c] = 8;
-  const auto estimate = camouflage::photo_light(frame, body, of_paint(false));
+  const auto estimate = light_of(frame, body, of_paint());
   REQUIRE(estimate);
   CHECK(angle(estimate->light.direction, light.direction) <= 0.08);
   CHECK(difference(body, frame, estimate->light, light)[0] <= 0.04);
@@ -163,12 +177,14 @@ TEST_CASE("without the paint a photograph's light is white, and as strong as exp
           "[camouflage][light]") {
   const auto body = ball();
   auto light = afternoon(body.mesh);
-  camouflage::PhotoLight matt;
-  matt.coat = false;
-  const auto full = camouflage::photo_light(photographed(body, light), body, matt);
+  const auto full = light_of(photographed(body, light), body);
   light.sun /= 4;
-  for (double& coefficient : light.sky) coefficient /= 4;
-  const auto quarter = camouflage::photo_light(photographed(body, light), body, matt);
+  light.coat->glint /= 4;
+  for (std::size_t k = 0; k < 9; ++k) {
+    light.sky[k] /= 4;
+    light.coat->surroundings[k] /= 4;
+  }
+  const auto quarter = light_of(photographed(body, light), body);
   REQUIRE(full);
   REQUIRE(quarter);
   CHECK(full->light.colour == std::array<double, 3>{1, 1, 1});
@@ -187,7 +203,7 @@ TEST_CASE("points come from painted faces inside the mask; light from those that
   frame.mask = Array<std::uint8_t, 2>(Extents<2>{side, side});
   std::fill(frame.mask->begin(), frame.mask->end(), std::uint8_t{0});
   CHECK(camouflage::lit_points(frame, body, {}).empty());
-  CHECK_FALSE(camouflage::photo_light(frame, body, {}));
+  CHECK_FALSE(light_of(frame, body));
   const auto view = camouflage::make_view<float>(frame, body, 64, 64, 2, {}, camouflage::PhotoLight{});
   CHECK(view.photo_light == nullptr);
   frame.mask.reset();
@@ -196,9 +212,9 @@ TEST_CASE("points come from painted faces inside the mask; light from those that
   body.painted = test::every_face(body.mesh);
   std::fill(frame.image.begin(), frame.image.end(), std::uint8_t{255});
   CHECK(camouflage::lit_points(frame, body, {}).at(0).colour == std::array<double, 3>{1, 1, 1});  // a bound
-  CHECK_FALSE(camouflage::photo_light(frame, body, {}));
+  CHECK_FALSE(light_of(frame, body));
   std::fill(frame.image.begin(), frame.image.end(), std::uint8_t{0});  // a black car: no light at all
-  const auto dark = camouflage::photo_light(frame, body, {});
+  const auto dark = light_of(frame, body);
   REQUIRE(dark);
   CHECK(dark->light.sun == 0);
   CHECK(dark->error == 0);
@@ -218,22 +234,6 @@ TEST_CASE("a view under a photograph's light keeps it, and has the same bits for
 }
 
 namespace {
-/// A car of one lacquered colour in a street: the afternoon, a bright sky, dark walls and a road around it.
-raster::PhotographedLight street(const geometry::Mesh& mesh) {
-  raster::PhotographedLight light{afternoon(mesh), {}};
-  raster::EnvironmentMap around{16, 32, {}};
-  around.texels.resize(16 * 32);
-  for (std::size_t texel = 0; texel < around.texels.size(); ++texel) {
-    const auto [x, y, z] = around.direction(texel);
-    const bool is_wall = z < 0.3 && z > 0 && std::abs(y) > 0.4;
-    around.texels[texel] = z <= 0    ? std::array<double, 3>{0.2, 0.19, 0.18}
-                           : is_wall ? std::array<double, 3>{0.3, 0.15, 0.1}
-                                     : std::array<double, 3>{1.2, 1.4, 1.8};
-  }
-  light.surroundings = std::make_shared<const raster::EnvironmentMap>(std::move(around));
-  return light;
-}
-
 double mean_difference(const Array<double, 3>& a, const Array<double, 3>& b) {
   double sum = 0, count = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -245,26 +245,102 @@ double mean_difference(const Array<double, 3>& a, const Array<double, 3>& b) {
 }
 }  // namespace
 
-TEST_CASE("a lacquered car's photograph tells how it looks in another paint", "[camouflage][light]") {
+TEST_CASE("a photograph tells how black, white and red paint look in its light", "[camouflage][light]") {
   const auto body = ball();
-  const auto truth = street(body.mesh);
+  const auto truth = afternoon(body.mesh);
   const io::Frame frame = photographed(body, truth);
-  const std::array<double, 3> other{0.7, 0.1, 0.05};
-  std::array<std::array<double, 2>, 2> off{};
-  for (const bool coat : {false, true}) {
-    const auto estimate = camouflage::photo_light(frame, body, of_paint(coat));
-    REQUIRE(estimate);
-    const auto under = [&](const std::array<double, 3>& colour) {
-      return mean_difference(drawn(body, *frame.camera, estimate->light, colour, side, side),
-                             drawn(body, *frame.camera, truth, colour, side, side));
-    };
-    off[coat ? 1 : 0] = {under(paint), under(other)};
-    std::cout << (coat ? "coated" : "matt") << " light, mean colour error in the photographed paint "
-              << under(paint) << ", in another " << under(other) << "\n";
+  const auto estimate = light_of(frame, body, of_paint());
+  const auto unknown = light_of(frame, body);
+  REQUIRE(estimate);
+  REQUIRE(unknown);
+  const auto under = [&](const raster::PhotographedLight& light, const std::array<double, 3>& colour) {
+    return drawn(body, *frame.camera, light, colour, side, side);
+  };
+  for (const std::array<double, 3>& colour :
+       {std::array<double, 3>{0, 0, 0}, {1, 1, 1}, {0.7, 0.1, 0.05}, paint}) {
+    const double off = mean_difference(under(estimate->light, colour), under(truth, colour));
+    std::cout << "mean colour error in paint " << colour[0] << " " << colour[1] << " " << colour[2] << ": "
+              << off << "\n";
+    CHECK(off <= 0.02);
   }
-  CHECK(off[1][0] <= 0.01);
-  CHECK(off[1][0] <= off[0][0] / 3);
-  CHECK(off[1][1] <= 0.8 * off[0][1]);
+  const auto black = under(unknown->light, {0, 0, 0});
+  CHECK(mean_difference(black, under(truth, {0, 0, 0})) <= 0.02);
+  for (std::size_t i = 0; i < black.size(); i += 3) CHECK(black.data()[i] == black.data()[i + 2]);
+}
+
+TEST_CASE("photographs of one place have one light, judged on those that are left out",
+          "[camouflage][light]") {
+  const auto body = ball();
+  const auto truth = afternoon(body.mesh);
+  std::vector<io::Frame> frames;
+  for (const geometry::Vector3& eye : {geometry::Vector3{2, -3, 1.5}, {-2, -3, 1}, {3, 2, 1.5}})
+    frames.push_back(photographed(body, truth, eye));
+  const auto estimate = camouflage::photo_light(frames, body, {});
+  REQUIRE(estimate);
+  REQUIRE(estimate->held_out);
+  CHECK(estimate->views == 3);
+  CHECK(angle(estimate->light.direction, truth.direction) <= 0.05);
+  CHECK(estimate->held_out->error <= 0.02);
+  CHECK(estimate->held_out->sun_turn_rad <= 0.087);  // 5 degrees
+  CHECK(estimate->held_out->sun_change <= 0.1);
+  CHECK_FALSE(light_of(frames[0], body)->held_out);
+
+  std::vector<camouflage::ViewStore<float>::Loader> loaders;
+  for (const io::Frame& frame : frames) loaders.push_back([&frame] { return frame; });
+  for (const bool is_one_place : {false, true}) {
+    camouflage::PhotoLight settings;
+    settings.is_one_place = is_one_place;
+    camouflage::ViewStore<float> store(body, {64, 64, 2, 0, {}, settings}, loaders);
+    const auto first = store.view(0)->photo_light, last = store.view(2)->photo_light;
+    REQUIRE(first);
+    REQUIRE(last);
+    CHECK(first->views == (is_one_place ? 3 : 1));
+    CHECK((first->light.direction == last->light.direction) == is_one_place);
+  }
+}
+
+TEST_CASE("frames of a simulator are of one place where the vehicle stands still", "[camouflage][light]") {
+  io::Frame a;
+  a.pose = geometry::CarlaPose{{10, 20, 0.6}, {0, 90, 0}, {4, 0, 2}, {-20, 180, 0}};
+  io::Frame b = a;
+  b.pose->camera_translation = {0, 4, 2};
+  CHECK(camouflage::place_of(a, {}) == camouflage::place_of(b, {}));
+  b.pose->vehicle_translation[0] = 11;
+  CHECK(camouflage::place_of(a, {}) != camouflage::place_of(b, {}));
+  b = a;
+  b.camera = geometry::Camera{};
+  CHECK_FALSE(camouflage::place_of(b, {}));
+}
+
+TEST_CASE("faces of another colour do not count, and an even sky leaves the sun unknown",
+          "[camouflage][light]") {
+  const auto body = ball();
+  auto light = afternoon(body.mesh);
+  auto frame = photographed(body, light);
+  const auto trim = drawn(body, *frame.camera, light, {0.1, 0.1, 0.1}, side, side);
+  const auto seen = raster::visibility(body.mesh, *frame.camera, side, side, 1);
+  std::size_t others = 0, all = 0;
+  for (std::size_t i = 0; i < side * side; ++i) {
+    if (seen.face[i] < 0) continue;
+    ++all;
+    if (body.mesh.positions[static_cast<std::size_t>(
+            body.mesh.faces[static_cast<std::size_t>(seen.face[i])][0])][2] > -0.3)
+      continue;
+    ++others;
+    for (std::size_t c = 0; c < 3; ++c)
+      frame.image.data()[3 * i + c] = static_cast<std::uint8_t>(255 * std::min(1.0, trim.data()[3 * i + c]));
+  }
+  const auto estimate = light_of(frame, body);
+  REQUIRE(estimate);
+  CHECK(std::abs(estimate->other_share - static_cast<double>(others) / static_cast<double>(all)) <= 0.05);
+  CHECK(estimate->error <= 0.02);
+
+  light.sun = 0;
+  light.sky = raster::uniform_sky(0.8);
+  light.coat = raster::NeutralCoat{5, raster::uniform_sky(0.8), 0, {}};
+  const auto even = light_of(photographed(body, light), body);
+  REQUIRE(even);
+  CHECK((even->light.sun <= 0.05 || even->sun_within_rad > raster::unknown_sun_rad));
 }
 
 TEST_CASE("faces without paint show the photograph where its mask is the car's silhouette",
@@ -350,53 +426,60 @@ TEST_CASE("the car of the real frames looks more like its photograph under the p
   if (test::is_absent(shared + "mesh/audi_et_te.obj")) return;
   raster::PaintedMesh car{geometry::normalise_mesh(io::read_obj(shared + "mesh/audi_et_te.obj").mesh),
                           {},
-                          test::solid,
+                          raster::cube_layout(1),
                           image::ColourSpace::linear};
   car.painted = geometry::faces_by_material(car.mesh, {"MI_CarExterior_Etron"});
   camouflage::PhotoLight settings{
       std::make_shared<const raster::AmbientOcclusion>(raster::ambient_occlusion(car.mesh, 256, 256))};
   settings.shows_car = [](const auto&...) { return true; };  // the frames are known to
   std::array<double, 3> errors{0, 0, 0};  // of the car, its paint, the rest; mean of the frames
-  for (const char* number : {"1", "12501", "12502", "12503", "12504", "12505"}) {
-    const auto frame = io::read_frame(shared + "carla/data" + number + ".npz");
-    auto estimate = camouflage::photo_light(frame, car, settings);
-    REQUIRE(estimate);
-    const auto points = camouflage::lit_points(frame, car, settings);
-    estimate->light.colour = estimate->product;
-    const auto camera = io::camera_of(frame);
+  std::vector<io::Frame> place;           // the last five; the first is of another place
+  for (const char* number : {"12501", "12502", "12503", "12504", "12505"})
+    place.push_back(io::read_frame(shared + "carla/data" + number + ".npz"));
+  for (const io::Frame& frame : place)
+    CHECK(camouflage::place_of(frame, settings) == camouflage::place_of(place[0], settings));
+  const auto estimate = camouflage::photo_light(place, car, settings);
+  REQUIRE(estimate);
+  REQUIRE(estimate->held_out);
+  const auto& held_out = *estimate->held_out;
+  std::cout << "held-out photographs, mean colour error of paint " << held_out.error << ", of all "
+            << held_out.error_of_all << ", sun turns by " << held_out.sun_turn_rad << ", changes by "
+            << held_out.sun_change << "; fitted " << estimate->error << ", " << estimate->error_of_all
+            << "\n";
+  CHECK(held_out.error <= 0.08);
+  CHECK(held_out.sun_turn_rad <= 0.22);  // 0.19: without the hood's front the sun is not known to 5 degrees
+  CHECK(held_out.sun_change <= 0.1);
+  CHECK(estimate->error <= 0.09);
+  settings.known = std::make_shared<const raster::EstimatedLight>(*estimate);
+  for (const io::Frame& frame : place) {
     const std::size_t height = frame.image.shape(0), width = frame.image.shape(1);
-    const double grey = image::linearised(0.5);
-    const auto before =
-        drawn(car, camera, io::frame_light(frame, car.space), {grey, grey, grey}, height, width);
-    const auto after = drawn(car, camera, estimate->light, {1, 1, 1}, height, width);
-    const auto seen = raster::visibility(car.mesh, camera, height, width, 1);
-    std::array<double, 3> sums{0, 0, 0}, mean{0, 0, 0};
-    for (const auto& point : points)
-      mean = geometry::add(mean, geometry::scale(point.colour, 1 / static_cast<double>(points.size())));
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < seen.face.size(); ++i) {
-      if (seen.face[i] < 0 || car.painted[static_cast<std::size_t>(seen.face[i])] == 0) continue;
-      for (std::size_t c = 0; c < 3; ++c, ++count) {
-        const double photo = frame.image.data()[3 * i + c] / 255.0;
-        sums[0] += std::abs(before.data()[3 * i + c] - photo);
-        sums[1] += std::abs(image::encoded(mean[c]) - photo);
-        sums[2] += std::abs(after.data()[3 * i + c] - photo);
-      }
-    }
-    for (double& sum : sums) sum /= static_cast<double>(count);
-    std::cout << "frame " << number << ", mean colour error of the grey car " << sums[0]
-              << ", of the photograph's mean colour " << sums[1] << ", under the photograph's light "
-              << sums[2] << "\n";
-    CHECK(sums[2] < sums[0]);
-    CHECK(sums[2] < sums[1]);
     const auto view = camouflage::make_view<float>(frame, car, height, width, 2, {}, settings);
     CHECK(white_beyond_black(view) >= 0.3);
+    const auto dark = painted(view, 0.02F);
+    const auto seen = raster::visibility(car.mesh, io::camera_of(frame), 2 * height, 2 * width, 1);
+    float sum = 0, count = 0;
+    for (const std::size_t pixel : view.paint_to_picture->pixels) {
+      const std::size_t row = pixel / view.window.width + view.window.top,
+                        column = pixel % view.window.width + view.window.left;
+      const auto [least, most] =
+          std::minmax({dark(row, column, 0), dark(row, column, 1), dark(row, column, 2)});
+      sum += most - least;
+      ++count;
+      bool is_paint_alone = true;  // else glass or the street show their colours beside it
+      for (std::size_t sample = 0; sample < 4; ++sample) {
+        const auto face = seen.face[(2 * row + sample / 2) * 2 * width + 2 * column + sample % 2];
+        is_paint_alone &= face >= 0 && car.painted[static_cast<std::size_t>(face)] != 0;
+      }
+      if (is_paint_alone) CHECK(most - least <= 1e-5F);
+    }
+    std::cout << "black paint, mean of largest minus smallest channel: " << sum / count << "\n";
+    CHECK(sum / count <= 15.0F / 255);
     const auto of_frame = errors_over(view);
-    for (std::size_t part = 0; part < 3; ++part) errors[part] += of_frame[part] / 6;
+    for (std::size_t part = 0; part < 3; ++part) errors[part] += of_frame[part] / 5;
   }
-  std::cout << "mean colour error, six frames: of the car " << errors[0] << ", its paint " << errors[1]
-            << ", the rest " << errors[2] << "\n";
-  CHECK(errors[0] <= 0.05);
-  CHECK(errors[1] <= 0.075);
+  std::cout << "mean colour error, five frames: of the car " << errors[0] << ", its paint with trim "
+            << errors[1] << ", the rest " << errors[2] << "\n";
+  CHECK(errors[0] <= 0.06);
+  CHECK(errors[1] <= 0.09);
   CHECK(errors[2] <= 0.001);
 }

@@ -60,7 +60,7 @@ inline void require_fit(const OptimisationSettings& optimisation, const SceneSet
                named +
                    " moves the mesh, by which --filter anisotropic and trilinear and --light photo cannot be "
                    "differentiated; it needs --filter bilinear and --light frame");
-  list.require(!method->traits.needs_photo_light || scene.light == "photo",
+  list.require(!method->traits.needs_photo_light || scene.light != "frame",
                named + " takes its light from the photographs; it needs --light photo");
 }
 

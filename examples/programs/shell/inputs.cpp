@@ -242,9 +242,10 @@ Inputs load_inputs(SceneSettings& scene, DetectorSettings& detector, const std::
   if (inputs.frames.posed)
     inputs.car.painted.mesh = geometry::normalise_mesh(std::move(inputs.car.painted.mesh));
   inputs.keeps_photograph = scene.unpainted == "photo";
-  if (scene.light == "photo")
-    inputs.photo_light = camouflage::PhotoLight{
-        std::make_shared<const raster::AmbientOcclusion>(raster::ambient_occlusion(inputs.car.painted.mesh))};
+  if (scene.light != "frame")
+    inputs.photo_light = camouflage::PhotoLight{.occlusion = std::make_shared<const raster::AmbientOcclusion>(
+                                                    raster::ambient_occlusion(inputs.car.painted.mesh)),
+                                                .is_one_place = scene.light == "place"};
   for (const auto* more : {&warnings, &inputs.car.warnings})
     inputs.warnings.insert(inputs.warnings.end(), more->begin(), more->end());
   return inputs;

@@ -116,8 +116,8 @@ void visit_settings(SceneSettings& s, Visit visit) {
         "how colours are lit, filtered and blended: {linear}, in proportion to light as a camera sees it, or "
         "{encoded}, by the numbers of the picture as in the paper");
   visit("light", s.light,
-        "light on the car: {frame}, the light that the frame states, or {photo}, sun and sky estimated from "
-        "the car in each frame's picture, which is taken to be of one colour and well exposed");
+        "light on the car: {frame}, its own; {photo}, from the photograph or all of a simulator's place; "
+        "{place}, from all without a pose. The light is taken to be white, the car to be of one colour");
   visit(
       "unpainted", s.unpainted,
       "what glass, tyres and other faces without paint show: {photo}, the frame's own pixels, where its mask "

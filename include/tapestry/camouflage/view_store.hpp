@@ -1,4 +1,5 @@
 #pragma once
+#include <mutex>
 #include <tapestry/camouflage/view.hpp>
 
 namespace tapestry::camouflage {
@@ -64,6 +65,25 @@ class ViewStore {
     Array<std::uint8_t, 3> background{};
   };
 
+  /// Frames of one place and hour, and their light; null if it cannot be estimated.
+  struct Place {
+    std::vector<std::size_t> frames{};
+    std::shared_ptr<const raster::EstimatedLight> light{};
+    std::once_flag estimated{};
+  };
+
+  /// Places by frame, found when the first light is needed.
+  struct Places {
+    std::once_flag found{};
+    std::vector<std::shared_ptr<Place>> of_frame{};
+  };
+
+  /// The settings of a frame's light, with that of its place if other frames share it.
+  [[nodiscard]] std::optional<PhotoLight> light_rule(std::size_t index) const;
+
+  void find_places() const;
+  void estimate(Place& place) const;
+
   [[nodiscard]] ViewPointer make(std::size_t index) const;
 
   void keep(std::size_t index, const ViewPointer& view);
@@ -83,6 +103,7 @@ class ViewStore {
   std::vector<Kept> kept_;
   std::uint64_t kept_bytes_ = 0;
   std::unique_ptr<std::mutex> keeping_ = std::make_unique<std::mutex>();
+  std::unique_ptr<Places> places_ = std::make_unique<Places>();
 };
 
 extern template class ViewStore<float>;

@@ -1,107 +1,127 @@
 #pragma once
+#include <optional>
 #include <tapestry/raster/clear_coat.hpp>
-#include <tapestry/raster/detail/sky_basis.hpp>
 
 namespace tapestry::raster {
 
-/// Radiance from all directions, RGB. Texels [height, width]: rows from above, z = 1, to below, by even steps
-/// of the angle to z; columns around z from +x towards +y. Bilinear between their centres.
-struct EnvironmentMap {
-  std::size_t height = 0;
-  std::size_t width = 0;
-  std::vector<std::array<double, 3>> texels;
+inline constexpr std::size_t height_band_count = 4;
+using HeightBands = std::array<double, height_band_count>;
 
-  /// The texels of a lookup, whose weights sum to 1.
-  /// \pre the map has texels, and the direction has length 1
-  [[nodiscard]] std::array<Tap, 4> taps(const geometry::Vector3& direction) const;
+/// Shares of the heights 1/4, 1/2, 3/4 and 1 in a height of a direction of length 1: linear between them, 0
+/// at the horizon and below.
+[[nodiscard]] inline HeightBands height_bands(double height) {
+  HeightBands bands;
+  for (std::size_t k = 0; k < height_band_count; ++k)
+    bands[k] = std::max(0.0, 1 - std::abs(height_band_count * height - static_cast<double>(k + 1)));
+  return bands;
+}
 
-  /// Direction of a texel's centre.
-  [[nodiscard]] geometry::Vector3 direction(std::size_t texel) const;
-
-  /// Radiance from a direction of length 1. Within half a row of z = ±1 it depends on the column alone.
-  /// \pre as taps()
-  [[nodiscard]] std::array<double, 3> at(const geometry::Vector3& direction) const;
+/// A coat without a colour: it mirrors all channels by one share, F = f0 + (1 − f0) · (1 − n·v)^exponent with
+/// f0 = clear_coat_f0.
+struct NeutralCoat {
+  double exponent = 5;  ///< Schlick's; smaller ones stand for paints that darken earlier towards their edges
+  Harmonics surroundings{};  ///< radiance that is mirrored, coefficients of spherical_harmonics()
+  double glint = 0;          ///< strength of the sun in ggx_reflection(), with the width glint_alpha
+  HeightBands bands{};       ///< radiance added to the surroundings by height, as above a skyline
 };
 
-/// Light that a photograph shows, for pictures laid over it:
+/// Width of a coat's glint, α of GGX.
+inline constexpr double glint_alpha = 0.4;
+
+/// Light that photographs show, for pictures laid over them:
 ///
-///   painted    (1 − F) · colour · (OutdoorLight + A · gloss(m)) + F · A · surroundings(m)
+///   painted    (1 − F) · colour · OutdoorLight + light · (F · A · surroundings(m) + V · glint · GGX)
 ///   unpainted  the photograph's own pixel
 ///
-/// m is the mirrored direction of the eye, F schlick_fresnel(), A the open share of the sky. Gloss is light
-/// that the paint mirrors in its own colour, as metallic paints do. The surroundings include the sun as the
-/// coat mirrors it, and are as blurred as its roughness makes them. None of it depends on texels: the map
-/// from texture to picture stays linear.
+/// m is the mirrored direction of the eye, F as in NeutralCoat, `light` the light's colour, A the open share
+/// of the sky, V that of the sun. None of it depends on texels: the map from texture to picture stays linear.
 struct PhotographedLight : OutdoorLight, KeptPhotograph {
-  std::shared_ptr<const EnvironmentMap> surroundings{};  ///< null: no coat, F = 0
-  std::shared_ptr<const EnvironmentMap> gloss{};         ///< grey; null: the paint is matt below its coat
+  std::optional<NeutralCoat> coat{};  ///< none: F = 0
 };
 
 /// PhotographedLight of one view.
 struct PreparedPhotographedLight : PreparedOutdoorLight, KeptPhotograph {
   geometry::Vector3 eye;  ///< in the world
-  std::shared_ptr<const EnvironmentMap> surroundings, gloss;
+  std::optional<NeutralCoat> coat;
 
-  /// The coat at barycentric coordinates of a face.
-  [[nodiscard]] CoatedPoint coat(std::size_t face, const std::array<double, 3>& b) const;
+  /// A point of the coat, with its F.
+  [[nodiscard]] CoatedPoint coated(std::size_t face, const std::array<double, 3>& b) const;
 
   [[nodiscard]] double at(std::size_t face, const std::array<double, 3>& b) const {
-    double sum = PreparedOutdoorLight::at(face, b);
-    if (!surroundings && !gloss) return sum;
-    const CoatedPoint seen = coat(face, b);
-    if (gloss) sum += open_share(face, b) * gloss->at(seen.mirrored)[0];
-    return surroundings ? sum * (1 - seen.fresnel) : sum;
+    const double sum = PreparedOutdoorLight::at(face, b);
+    return coat ? sum * (1 - coated(face, b).fresnel) : sum;
   }
 
   /// Radiance that the coat adds, for any paint below it.
   [[nodiscard]] std::array<double, 3> reflected(std::size_t face, const std::array<double, 3>& b) const;
 };
 
-/// \throws DomainError as for OutdoorLight, and for surroundings without texels; ShapeError unless those are
-///         height · width
+/// \throws DomainError as for OutdoorLight
 [[nodiscard]] PreparedPhotographedLight prepare(const geometry::Mesh& mesh, const geometry::Camera& camera,
                                                 const PhotographedLight& light);
+
+/// A point of a surface in a photograph.
+struct LitPoint {
+  std::size_t face = 0;
+  geometry::Vector3 point{0, 0, 0};       ///< in the world
+  geometry::Vector3 normal{0, 0, 1};      ///< of length 1, on the visible side
+  double open = 1;                        ///< visible share of the sky, see AmbientOcclusion
+  std::array<double, 3> colour{0, 0, 0};  ///< in the photograph, in proportion to light; at 1 it is a bound
+  geometry::Vector3 to_eye{0, 0, 1};      ///< of length 1
+  std::size_t view = 0;                   ///< number of its photograph
+};
+
+/// How a light does on photographs that it was not fitted to, each left out in turn. Errors as in
+/// EstimatedLight, means over the photographs.
+struct HeldOut {
+  double error = 0;
+  double error_of_all = 0;
+  double sun_turn_rad = 0;  ///< largest angle between suns of these fits and of all photographs
+  double sun_change = 0;    ///< largest relative difference of their strengths
+};
 
 /// Result of estimated_light().
 struct EstimatedLight {
   PhotographedLight light;  ///< for paint of reflectance 1; with the shadow of its sun, without occlusion
   std::array<double, 3> product{0, 0, 0};  ///< light colour times paint: the observed colour
-  double error = 0;  ///< mean absolute difference from the photograph, over points and channels
+  /// Mean absolute difference from the photographs, over points of the paint and encoded channels.
+  double error = 0;
+  double error_of_all = 0;             ///< the same over all points, with those of other colours in these
+  std::vector<std::uint8_t> others{};  ///< of faces: 0 paint, 1 a dark other colour, as trim, 2 a lighter one
+  std::array<std::array<double, 3>, 2> other{};  ///< their observed colours, medians
+  double other_share = 0;                        ///< share of points on them
+  double sun_within_rad = 0;          ///< suns up to this angle away explain the points as well, within 1 %
+  std::size_t views = 0;              ///< photographs it is fitted to
+  std::optional<HeldOut> held_out{};  ///< none for a single photograph
 };
 
-/// The light of sun and sky that makes a surface of one colour look most like points of a photograph, by
-/// least squares: sky and sun are not negative, the sun is above the horizon (+z), and both have one colour.
-/// For a given sun the sky follows from the normal equations; the sun is searched for over directions. Points
-/// far off, of trim, reflections and dirt, count less and less in four rounds.
+/// Angle beyond which suns that explain photographs equally well leave the sun's direction unknown.
+inline constexpr double unknown_sun_rad = 0.5;
+
+/// The one light of sun and sky, under a neutral coat, that makes a surface of one colour look most like
+/// points of photographs of one place and hour. For a given sun and exponent of the coat, all else follows by
+/// least squares: the sun's strength, a sky and mirrored surroundings of order 2, their bands by height, the
+/// glint, 24 numbers, and the observed colour. Direction and exponent are searched for, the sun above the
+/// horizon (+z); the direction is the mean of those that explain the points about as well. Points weigh by
+/// the inverse of their differences, as encoded colours: least absolute differences. A channel at 1 is a
+/// bound.
 ///
-/// A photograph shows light times paint, and nothing in it separates one from the other. With
-/// `paint` the light gives such paint this look. Without `paint` it is white, and as strong as makes
-/// white paint white where it is brightest (99th percentile of the points): the photograph is
-/// assumed to be well exposed.
+/// Faces whose points have less than half of the paint's colour in them, with the coat taken off, are of
+/// other colours, as trim is: the fit is repeated without them.
+///
+/// A photograph shows light times paint, and nothing in it separates one from the other. With `paint` the
+/// light gives such paint this look. Without `paint` it is taken to be white, as that of a white-balanced
+/// camera is, and as strong as makes white paint white where it is brightest (97th percentile of the points):
+/// the photographs are assumed to be well exposed, and equally.
 ///
 /// \param mesh          casts the shadows
-/// \param points        of the photograph, of this mesh
+/// \param points        of the photographs, of this mesh
 /// \param paint         reflectance, RGB above 0, if it is known
 /// \param shadow_pixels of the view from the sun
-/// \throws DomainError without points, for paint that is not above 0, or for points that are not finite
+/// \throws DomainError without points, for paint that is not above 0, for points that are not finite or have
+///         no eye
 [[nodiscard]] EstimatedLight estimated_light(const geometry::Mesh& mesh, const std::vector<LitPoint>& points,
                                              const std::optional<std::array<double, 3>>& paint = {},
                                              std::size_t shadow_pixels = 512);
-
-/// The same light under a clear coat that mirrors the surroundings: sky, ground, buildings and the sun as the
-/// paint itself shows them. Sky, sun, the observed colour, gloss and the surroundings are fitted in turn,
-/// with the sun fixed at that of `matt`, gloss and surroundings from 4 × 8 to 64 × 128 texels. None is
-/// negative, and the surroundings are at most twice as bright as white paint. Neighbouring texels are drawn
-/// together where few points mirror them. Points weigh by the inverse of their differences, as encoded
-/// colours; a channel at 1 is a bound, not a value.
-///
-/// \param points  with colours in proportion to light, and with the channels at 1 that estimated_light() is
-///                not given
-/// \param matt    estimated_light() of the other arguments, without paint or with this one
-/// \param paint   as there
-/// \throws DomainError as estimated_light(), and for a point without an eye
-[[nodiscard]] EstimatedLight coated_light(const geometry::Mesh& mesh, const std::vector<LitPoint>& points,
-                                          const EstimatedLight& matt,
-                                          const std::optional<std::array<double, 3>>& paint = {});
 
 }  // namespace tapestry::raster

@@ -1,7 +1,6 @@
 #pragma once
 /// \file
 /// The compiled part of raster/ for float, for one source file of a program; see tapestry/implementation.hpp.
-#include <tapestry/raster/implementation/coated_light.hpp>
 #include <tapestry/raster/implementation/deferred.hpp>
 #include <tapestry/raster/implementation/estimated_light.hpp>
 #include <tapestry/raster/implementation/face_field.hpp>
@@ -10,7 +9,6 @@
 #include <tapestry/raster/implementation/mesh_edges.hpp>
 #include <tapestry/raster/implementation/mip_pyramid.hpp>
 #include <tapestry/raster/implementation/outline_crossings.hpp>
-#include <tapestry/raster/implementation/photographed_light.hpp>
 #include <tapestry/raster/implementation/raster_kernels.hpp>
 #include <tapestry/raster/implementation/scene.hpp>
 #include <tapestry/raster/implementation/texture.hpp>

@@ -4,6 +4,18 @@
 
 namespace tapestry::camouflage {
 
+std::optional<std::array<std::int64_t, 6>> place_of(const io::Frame& frame, const PhotoLight& settings) {
+  using Place = std::array<std::int64_t, 6>;
+  if (frame.camera || !frame.pose)
+    return settings.is_one_place && !frame.light ? std::optional(Place{}) : std::nullopt;
+  Place place{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    place[k] = std::llround(4 * frame.pose->vehicle_translation[k]);  // metres
+    place[3 + k] = std::llround(frame.pose->vehicle_rotation_deg[k]);
+  }
+  return place;
+}
+
 std::vector<raster::LitPoint> lit_points(const io::Frame& frame, const raster::PaintedMesh& car,
                                          const PhotoLight& settings) {
   const geometry::Camera camera = io::camera_of(frame);
@@ -44,16 +56,22 @@ std::vector<raster::LitPoint> lit_points(const io::Frame& frame, const raster::P
   return points;
 }
 
-std::optional<raster::EstimatedLight> photo_light(const io::Frame& frame, const raster::PaintedMesh& car,
+std::optional<raster::EstimatedLight> photo_light(std::span<const io::Frame> frames,
+                                                  const raster::PaintedMesh& car,
                                                   const PhotoLight& settings) {
-  const auto points = lit_points(frame, car, settings);
-  auto values = points;  // without bounds
-  std::erase_if(values, [](const raster::LitPoint& point) {
-    return *std::max_element(point.colour.begin(), point.colour.end()) >= 1;
-  });
-  if (values.empty()) return std::nullopt;
-  auto estimate = raster::estimated_light(car.mesh, values, settings.paint, settings.shadow_pixels);
-  if (settings.coat) estimate = raster::coated_light(car.mesh, points, estimate, settings.paint);
+  PhotoLight each = settings;
+  each.most_points = std::max<std::size_t>(1, settings.most_points / std::max<std::size_t>(1, frames.size()));
+  std::vector<raster::LitPoint> points;
+  for (std::size_t view = 0; view < frames.size(); ++view)
+    for (raster::LitPoint& point : lit_points(frames[view], car, each)) {
+      point.view = view;
+      points.push_back(point);
+    }
+  const auto is_bound = [](const raster::LitPoint& point) {
+    return *std::min_element(point.colour.begin(), point.colour.end()) >= 1;
+  };
+  if (std::all_of(points.begin(), points.end(), is_bound)) return std::nullopt;
+  auto estimate = raster::estimated_light(car.mesh, points, settings.paint, settings.shadow_pixels);
   estimate.light.occlusion = settings.occlusion;
   return estimate;
 }

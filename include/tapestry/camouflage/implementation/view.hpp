@@ -1,4 +1,5 @@
 #pragma once
+#include <map>
 #include <tapestry/camouflage/view.hpp>
 #include <tapestry/camouflage/view_store.hpp>
 #include <tapestry/image/over.hpp>
@@ -100,9 +101,18 @@ std::shared_ptr<const Array<float, 3>> kept_photograph(const View<T>& view, bool
   estimate.light.shadow = nullptr;
   estimate.light.occlusion = nullptr;
   estimate.light.photograph = nullptr;
-  estimate.light.surroundings = nullptr;
-  estimate.light.gloss = nullptr;
   return std::make_shared<const raster::EstimatedLight>(std::move(estimate));
+}
+
+/// The light that was estimated for a frame's place, or else from the frame alone.
+inline std::optional<raster::EstimatedLight> light_of(const io::Frame& frame, const raster::PaintedMesh& car,
+                                                      const PhotoLight& settings) {
+  if (!settings.known) return photo_light({&frame, 1}, car, settings);
+  raster::EstimatedLight estimate = *settings.known;
+  estimate.light.occlusion = settings.occlusion;
+  estimate.light.shadow = std::make_shared<const raster::ParallelView>(car.mesh, estimate.light.direction,
+                                                                       settings.shadow_pixels);
+  return estimate;
 }
 
 }  // namespace detail
@@ -137,7 +147,8 @@ View<T> make_view(const io::Frame& frame, const raster::PaintedMesh& car, std::s
   view.space = car.space;
   if (frame.mask && keeps_photograph) view.registration = detail::registration_of(frame, car.mesh);
   view.shows_car = detail::car_is_shown(frame, car.mesh, sight, view.background, photo);
-  auto estimate = photo && view.shows_car.value_or(true) ? photo_light(frame, car, *photo) : std::nullopt;
+  auto estimate =
+      photo && view.shows_car.value_or(true) ? detail::light_of(frame, car, *photo) : std::nullopt;
   raster::KeptPhotograph kept;
   if (keeps_photograph) kept.photograph = detail::kept_photograph(view, estimate.has_value());
   view.keeps_photograph = kept.photograph != nullptr;
@@ -195,10 +206,55 @@ typename ViewStore<T>::ViewPointer ViewStore<T>::view(std::size_t index) {
 }
 
 template <std::floating_point T>
+void ViewStore<T>::find_places() const {
+  std::vector<std::optional<std::array<std::int64_t, 6>>> keys(size());
+  parallel_for(size(), [&](std::size_t i) { keys[i] = place_of(loaders_[i](), *settings_.photo_light); });
+  std::map<std::array<std::int64_t, 6>, std::shared_ptr<Place>> known;
+  std::vector<std::shared_ptr<Place>> of_frame;
+  for (std::size_t i = 0; i < size(); ++i) {
+    auto& place = keys[i] ? known[*keys[i]] : of_frame.emplace_back();
+    if (!place) place = std::make_shared<Place>();
+    place->frames.push_back(i);
+    if (keys[i]) of_frame.push_back(place);
+  }
+  places_->of_frame = std::move(of_frame);
+}
+
+template <std::floating_point T>
+void ViewStore<T>::estimate(Place& place) const {
+  constexpr std::size_t most = 16;  // more tell nothing new
+  const auto& [height, width, samples, keep_bytes, fit, photo_light, redrawn, keeps_photograph] = settings_;
+  const std::size_t stride = block_count(place.frames.size(), most);
+  std::vector<io::Frame> frames;
+  for (std::size_t i = 0; i < place.frames.size(); i += stride) {
+    io::Frame frame = loaders_[place.frames[i]]();
+    const auto sight = sight_of<T>(frame, car_.space, height, width, samples, fit.kind);
+    const auto picture = image::fitted(image::from_bytes<T>(frame.image), height, width, fit);
+    if (detail::car_is_shown(frame, car_.mesh, sight, picture, photo_light).value_or(true))
+      frames.push_back(std::move(frame));
+  }
+  if (frames.empty()) return;
+  const auto light = camouflage::photo_light(frames, car_, *photo_light);
+  if (light) place.light = detail::small_copy(*light);
+}
+
+template <std::floating_point T>
+std::optional<PhotoLight> ViewStore<T>::light_rule(std::size_t index) const {
+  auto rule = settings_.photo_light;
+  if (!rule) return rule;
+  std::call_once(places_->found, [&] { find_places(); });
+  Place& place = *places_->of_frame[index];
+  if (place.frames.size() < 2) return rule;
+  std::call_once(place.estimated, [&] { estimate(place); });
+  rule->known = place.light;
+  return rule;
+}
+
+template <std::floating_point T>
 typename ViewStore<T>::ViewPointer ViewStore<T>::make(std::size_t index) const {
   const auto& [height, width, samples, keep_bytes, fit, photo_light, redrawn, keeps_photograph] = settings_;
   const io::Frame frame = loaders_[index]();
-  auto view = make_view<T>(frame, car_, height, width, samples, fit, photo_light, keeps_photograph);
+  auto view = make_view<T>(frame, car_, height, width, samples, fit, light_rule(index), keeps_photograph);
   if (redrawn)
     view.sight =
         std::make_shared<const Sight<T>>(sight_of<T>(frame, car_.space, height, width, samples, fit.kind));

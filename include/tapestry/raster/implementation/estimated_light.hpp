@@ -1,154 +1,104 @@
 #pragma once
-#include <tapestry/raster/estimated_light.hpp>
+#include <map>
+#include <numeric>
+#include <tapestry/raster/implementation/light_search.hpp>
 
 namespace tapestry::raster {
 namespace detail {
 
-/// max(0, n·L) · V of each point; a null view shadows nothing.
-[[nodiscard]] inline std::vector<double> sun_shares(const std::vector<LitPoint>& points,
-                                                    const geometry::Vector3& towards,
-                                                    const ParallelView* view) {
-  std::vector<double> shares(points.size(), 0.0);
+/// Sets the errors of an estimate on some points.
+inline void set_errors(EstimatedLight& estimate, const FittedLight& light,
+                       const std::vector<LitPoint>& points) {
+  const auto shadings = LightFit(points, std::nullopt).shadings(light.candidate);
+  double paint = 0, all = 0, count = 0;
   for (std::size_t p = 0; p < points.size(); ++p) {
-    const double cosine = geometry::dot(points[p].normal, towards);
-    if (cosine > 0)
-      shares[p] = cosine * (view != nullptr ? view->visible_share(points[p].face, points[p].point) : 1);
+    const std::size_t other = light.others[points[p].face];
+    const bool is_other = other > 0;
+    const double off =
+        LightFit::difference(LightFit::modelled(is_other ? light.other[other - 1] : light.candidate.product,
+                                                light.candidate.colour, shadings[p]),
+                             points[p].colour);
+    all += off;
+    paint += is_other ? 0 : off;
+    count += is_other ? 0 : 1;
   }
-  return shares;
+  const auto whole = static_cast<double>(points.size());
+  estimate.error = count > 0 ? paint / count : 0;
+  estimate.error_of_all = all / whole;
+  estimate.other_share = 1 - count / whole;
 }
 
-/// A candidate for the sun, and how well it explains the points with its best sky.
-struct SunCandidate {
-  geometry::Vector3 towards{0, 0, 1};
-  std::shared_ptr<const ParallelView> shadow{};
-  std::vector<double> shares{};
-  LightWeights weights{};
-  double residual = 0;
-};
-
-[[nodiscard]] inline SunCandidate try_sun(const SkyBasis& basis, const std::vector<LitPoint>& points,
-                                          const geometry::Vector3& towards,
-                                          std::shared_ptr<const ParallelView> shadow) {
-  SunCandidate sun{towards, std::move(shadow), {}, {}, 0};
-  sun.shares = sun_shares(points, towards, sun.shadow.get());
-  const LightEquations equations = basis.with_sun(sun.shares);
-  sun.weights = non_negative_least_squares(equations);
-  sun.residual = equations.residual(sun.weights);
-  return sun;
-}
-
-/// Height of the lowest sun that is searched, for a direction of length 1.
-inline constexpr double lowest_sun = 0.1;
-
-/// The sun above the horizon that explains the points best: searched in 128 directions without shadows, then
-/// with shadows around the best of them, ever closer.
-[[nodiscard]] inline SunCandidate best_sun(const geometry::Mesh& mesh, const std::vector<LitPoint>& points,
-                                           const SkyBasis& basis, std::size_t shadow_pixels) {
-  constexpr std::size_t count = 256;  // over the whole sphere
-  std::vector<SunCandidate> coarse(static_cast<std::size_t>(count * (1 - lowest_sun)) / 2);
-  parallel_for(coarse.size(), [&](std::size_t i) {
-    coarse[i] = try_sun(basis, points, spiral_direction(i, count), nullptr);
-  });
-  const auto is_better = [](const SunCandidate& a, const SunCandidate& b) { return a.residual < b.residual; };
-  const auto with_shadow = [&](const geometry::Vector3& towards) {
-    return try_sun(basis, points, towards,
-                   std::make_shared<const ParallelView>(mesh, towards, shadow_pixels));
-  };
-  SunCandidate best = with_shadow(std::min_element(coarse.begin(), coarse.end(), is_better)->towards);
-  for (const double step : {0.16, 0.08, 0.04, 0.02, 0.01})
-    for (int turn = 0; turn < 6; ++turn) {
-      const geometry::Vector3 side = geometry::normalised(
-          geometry::cross(best.towards, std::abs(best.towards[2]) < 0.9 ? geometry::Vector3{0, 0, 1}
-                                                                        : geometry::Vector3{1, 0, 0}));
-      const double angle = turn * std::numbers::pi / 3;
-      const auto across =
-          geometry::add(geometry::scale(side, std::cos(angle)),
-                        geometry::scale(geometry::cross(best.towards, side), std::sin(angle)));
-      const auto towards = geometry::normalised(geometry::add(best.towards, geometry::scale(across, step)));
-      if (!(towards[2] > lowest_sun)) continue;
-      auto other = with_shadow(towards);
-      if (is_better(other, best)) best = std::move(other);
-    }
-  return best;
-}
-
-/// The colour that fits points of known shading best, and each point's distance.
-struct ColourFit {
-  std::array<double, 3> colour{0, 0, 0};
-  std::vector<double> distance{};  ///< Euclidean
-  double error = 0;                ///< mean absolute error over points and channels
-};
-
-[[nodiscard]] inline ColourFit fit_colour(const std::vector<LitPoint>& points,
-                                          const std::vector<double>& shading,
-                                          const std::vector<double>& counts) {
-  ColourFit fit;
-  double square = 0;
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    square += counts[p] * shading[p] * shading[p];
-    fit.colour = geometry::add(fit.colour, geometry::scale(points[p].colour, counts[p] * shading[p]));
+/// Sets the light from what was fitted: for known paint, or else white, with the 97th percentile of the light
+/// on the points at 1.
+inline void set_light(EstimatedLight& estimate, const FittedLight& fitted, const LightFit& fit,
+                      bool is_paint_known) {
+  PhotographedLight& light = estimate.light;
+  const LightCandidate& candidate = fitted.candidate;
+  double brightest = 1;
+  if (!is_paint_known) {
+    auto shadings = fit.shadings(candidate);
+    const auto bright = shadings.begin() + static_cast<std::ptrdiff_t>(97 * (shadings.size() - 1) / 100);
+    std::nth_element(shadings.begin(), bright, shadings.end());
+    brightest = (*bright)[0];
   }
-  fit.colour = geometry::scale(fit.colour, square > 0 ? 1 / square : 0);
-  fit.distance.resize(points.size());
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    const auto off = geometry::subtract(geometry::scale(fit.colour, shading[p]), points[p].colour);
-    fit.distance[p] = geometry::length(off);
-    for (const double channel : off)
-      fit.error += std::abs(channel) / (3 * static_cast<double>(points.size()));
+  estimate.product = geometry::scale(candidate.product, std::max(0.0, brightest));
+  for (std::size_t half = 0; half < 2; ++half)
+    estimate.other[half] = geometry::scale(fitted.other[half], std::max(0.0, brightest));
+  estimate.others = fitted.others;
+  if (!(brightest > 0)) brightest = 1;  // no light at all
+  light.sun = candidate.weights[0] / brightest;
+  light.coat.emplace(NeutralCoat{candidate.exponent, {}, candidate.weights[light_terms - 1], {}});
+  for (std::size_t k = 0; k < 9; ++k) {
+    light.sky[k] = candidate.weights[1 + k] / brightest;
+    light.coat->surroundings[k] = candidate.weights[body_terms + k];
   }
-  return fit;
+  std::copy_n(candidate.weights.begin() + body_terms + 9, height_band_count, light.coat->bands.begin());
+  light.direction = candidate.towards;
+  light.shadow = candidate.shadow;
+  light.colour = candidate.colour;
 }
 
-/// Weights of points by their distances: 1 / (1 + (d / 2.385 σ)²), Cauchy's, with σ = 1.4826 · their median.
-[[nodiscard]] inline std::vector<double> robust_counts(const std::vector<double>& distances) {
-  auto sorted = distances;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const double scale = 2.385 * 1.4826 * *middle;
-  std::vector<double> counts(distances.size(), 1.0);
-  if (!(scale > 0)) return counts;
-  for (std::size_t p = 0; p < counts.size(); ++p)
-    counts[p] = 1 / (1 + (distances[p] / scale) * (distances[p] / scale));
-  return counts;
+/// Leaves photographs out in turn. Which faces are of another colour is known from all of them: it belongs to
+/// the car.
+[[nodiscard]] inline std::optional<HeldOut> held_out(
+    const geometry::Mesh& mesh, const std::map<std::size_t, std::vector<LitPoint>>& views,
+    const std::optional<Colour>& paint, std::size_t shadow_pixels, const LightFit& all,
+    const EstimatedLight& whole) {
+  if (views.size() < 2) return std::nullopt;
+  const auto count = static_cast<double>(views.size());
+  HeldOut result;
+  for (const auto& left_out : views) {
+    std::vector<LitPoint> rest;
+    std::ranges::copy_if(all.points(), std::back_inserter(rest),
+                         [&](const LitPoint& point) { return point.view != left_out.first; });
+    const auto fitted = fitted_light(mesh, rest, paint, shadow_pixels, &whole.others);
+    EstimatedLight other;
+    set_errors(other, fitted, left_out.second);
+    result.error += other.error / count;
+    result.error_of_all += other.error_of_all / count;
+    set_light(other, fitted, all, paint.has_value());
+    result.sun_turn_rad =
+        std::max(result.sun_turn_rad, LightSearch::angle(whole.light.direction, other.light.direction));
+    if (whole.light.sun > 0)
+      result.sun_change = std::max(result.sun_change, std::abs(other.light.sun / whole.light.sun - 1));
+  }
+  return result;
 }
 
 inline void require_lit_points(const geometry::Mesh& mesh, const std::vector<LitPoint>& points) {
   if (points.empty()) throw DomainError("estimated_light: expected points of the photograph");
-  for (const LitPoint& p : points)
+  for (const LitPoint& p : points) {
     if (!geometry::is_finite(p.point) || !geometry::is_finite(p.normal) || !geometry::is_finite(p.colour) ||
         !std::isfinite(p.open) || p.face >= mesh.faces.size())
       throw DomainError("estimated_light: a point is not finite, or on no face of the mesh");
+    if (!(geometry::length(p.to_eye) > 0.5)) throw DomainError("estimated_light: a point without an eye");
+  }
 }
 
-inline void require_paint(const std::optional<std::array<double, 3>>& paint) {
-  for (const double channel : paint.value_or(std::array<double, 3>{1, 1, 1}))
+inline void require_paint(const std::optional<Colour>& paint) {
+  for (const double channel : paint.value_or(Colour{1, 1, 1}))
     if (!(channel > 0) || !std::isfinite(channel))
       throw DomainError("estimated_light: paint must be finite and above 0");
-}
-
-/// Sets sun, sky and their colour from the weights and shading of the points and from the observed colour
-/// `product`: for this paint, or else white, with the 99th percentile of the shading at 1.
-/// \returns  the factor that divided the light and multiplied the product
-inline double set_light(EstimatedLight& estimate, const LightWeights& weights, std::vector<double> shading,
-                        const std::optional<std::array<double, 3>>& paint) {
-  OutdoorLight& light = estimate.light;
-  light.sun = weights[lobe_count];
-  light.sky = {};
-  for (std::size_t i = 0; i < lobe_count; ++i) {
-    const Harmonics lobe = sky_lobe(i);
-    for (std::size_t k = 0; k < 9; ++k) light.sky[k] += weights[i] * lobe[k];
-  }
-  if (paint) {
-    for (std::size_t c = 0; c < 3; ++c) light.colour[c] = estimate.product[c] / (*paint)[c];
-    return 1;
-  }
-  const auto bright = shading.begin() + static_cast<std::ptrdiff_t>(99 * (shading.size() - 1) / 100);
-  std::nth_element(shading.begin(), bright, shading.end());
-  const double brightest = *bright > 0 ? *bright : 1;
-  light.sun /= brightest;
-  for (double& coefficient : light.sky) coefficient /= brightest;
-  estimate.product = geometry::scale(estimate.product, brightest);
-  return 1 / brightest;
 }
 
 /// Corners of a face are moved inwards by this share before their hiders are looked up.
@@ -182,24 +132,48 @@ inline void add_direction(const geometry::Mesh& mesh, std::size_t face, const ge
 
 }  // namespace detail
 
+CoatedPoint PreparedPhotographedLight::coated(std::size_t face, const std::array<double, 3>& b) const {
+  CoatedPoint seen =
+      coated_point(normal(face, b), geometry::normalised(geometry::subtract(eye, point(face, b))));
+  if (coat) seen.fresnel = clear_coat_f0 + (1 - clear_coat_f0) * std::pow(1 - seen.n_dot_v, coat->exponent);
+  return seen;
+}
+
+std::array<double, 3> PreparedPhotographedLight::reflected(std::size_t face,
+                                                           const std::array<double, 3>& b) const {
+  if (!coat) return {0, 0, 0};
+  const CoatedPoint seen = coated(face, b);
+  const HeightBands bands = height_bands(seen.mirrored[2]);
+  const double mirrored =
+      std::max(0.0, std::inner_product(bands.begin(), bands.end(), coat->bands.begin(),
+                                       dot(spherical_harmonics(seen.mirrored), coat->surroundings))) *
+      open_share(face, b);
+  const double sun =
+      ggx_reflection(seen.normal, seen.to_eye, towards, seen.n_dot_v, glint_alpha, clear_coat_f0).value;
+  const double glint = sun > 0 ? coat->glint * visible_share(face, b) * sun : 0;
+  return geometry::scale(light_colour, seen.fresnel * mirrored + glint);
+}
+
+PreparedPhotographedLight prepare(const geometry::Mesh& mesh, const geometry::Camera& camera,
+                                  const PhotographedLight& light) {
+  return {prepare(mesh, camera, static_cast<const OutdoorLight&>(light)), light, geometry::eye_of(camera),
+          light.coat};
+}
+
 EstimatedLight estimated_light(const geometry::Mesh& mesh, const std::vector<LitPoint>& points,
                                const std::optional<std::array<double, 3>>& paint, std::size_t shadow_pixels) {
   detail::require_lit_points(mesh, points);
   detail::require_paint(paint);
-  detail::SkyBasis basis(points);
-  std::vector<double> counts(points.size(), 1.0), shading(points.size());
-  detail::SunCandidate sun;
-  detail::ColourFit fit;
-  for (int round = 0; round < 4; ++round) {
-    if (round > 0) basis.weigh(counts = detail::robust_counts(fit.distance));
-    sun = detail::best_sun(mesh, points, basis, shadow_pixels);
-    for (std::size_t p = 0; p < points.size(); ++p) shading[p] = basis.shading(p, sun.weights, sun.shares[p]);
-    fit = detail::fit_colour(points, shading, counts);
-  }
-  EstimatedLight estimate{{}, fit.colour, fit.error};
-  estimate.light.direction = sun.towards;
-  estimate.light.shadow = sun.shadow;
-  detail::set_light(estimate, sun.weights, std::move(shading), paint);
+  const detail::LightFit all(points, paint);
+  const auto fitted = detail::fitted_light(mesh, points, paint, shadow_pixels);
+  EstimatedLight estimate;
+  detail::set_light(estimate, fitted, all, paint.has_value());
+  detail::set_errors(estimate, fitted, points);
+  estimate.sun_within_rad = fitted.within_rad;
+  std::map<std::size_t, std::vector<LitPoint>> views;
+  for (const LitPoint& point : points) views[point.view].push_back(point);
+  estimate.views = views.size();
+  estimate.held_out = detail::held_out(mesh, views, paint, shadow_pixels, all, estimate);
   return estimate;
 }
 
