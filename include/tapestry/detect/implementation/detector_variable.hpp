@@ -131,62 +131,78 @@ std::vector<ArrayVariable<T, 4>> forward(Detector<T>& detector, const ArrayVaria
   return record_shared_arrays<T, 4>(detail::shared_logits(pass), pullback, images, weights);
 }
 
+namespace detail {
+/// A pass of a detector with tangents: the arrays of logits, and as many of their tangents.
+template <std::floating_point T>
+struct TangentPass {
+  std::vector<HeadPiece> pieces;
+  std::size_t outputs, heads;  ///< of the network without tangents
+  std::vector<Extents<4>> shapes{};
+  std::vector<nn::NetworkPass<T>> graph{};
+  std::vector<nn::Buffer<T>> inputs{};  ///< of each image, then its tangent
+
+  TangentPass(const Detector<T>& detector, std::size_t images)
+      : pieces(detector.head_pieces()),
+        outputs(detector.tangents().output_count() / 2),
+        heads(pieces.back().head + 1),
+        graph(images),
+        inputs(2 * images) {
+    for (std::size_t i = 0; i < 2 * heads; ++i) {
+      const Head& head = detector.heads().at(i % heads);
+      shapes.push_back({images, head.channel_count(), head.grid_height, head.grid_width});
+    }
+  }
+
+  /// Calls visit(array, output of the network, first element in image n, number of elements).
+  template <class Visit>
+  void for_each_piece(std::size_t n, Visit visit) const {
+    for (std::size_t i = 0; i < 2; ++i)
+      for (const HeadPiece& piece : pieces) {
+        const Extents<4>& extents = shapes[i * heads + piece.head];
+        visit(i * heads + piece.head, i * outputs + piece.output,
+              (n * extents[1] + piece.first_channel) * extents[2] * extents[3], piece.size);
+      }
+  }
+};
+}  // namespace detail
+
 template <std::floating_point T>
 std::pair<std::vector<ArrayVariable<T, 4>>, std::vector<ArrayVariable<T, 4>>> forward_tangents(
     const Detector<T>& detector, const ArrayVariable<T, 4>& inputs, const ArrayVariable<T, 4>& tangents) {
   const nn::Network<T>& network = detector.tangents();
-  const std::vector<HeadPiece> pieces = detector.head_pieces();
-  const std::size_t heads = pieces.back().head + 1, outputs = network.output_count() / 2;
-  const std::size_t images = inputs.shape()[0], size = inputs.size() / images;
-  require_shape("forward_tangents", "tangents", tangents.value(), inputs.shape());
   detector.require_images(inputs.value());
-  const auto passes = std::make_shared<std::vector<nn::NetworkPass<T>>>(images);
-  const auto given = std::make_shared<std::vector<nn::Buffer<T>>>(2 * images);
-  std::vector<Array<T, 4>> values(2 * heads);
-  // Calls visit(array of the result, output of the network, first element in image n, number of elements).
-  const auto for_each_piece = [=](const auto& of, std::size_t n, auto visit) {
-    for (std::size_t i = 0; i < 2; ++i)
-      for (const HeadPiece& piece : pieces) {
-        const Extents<4> extents = of[i * heads + piece.head];
-        visit(i * heads + piece.head, i * outputs + piece.output,
-              (n * extents[1] + piece.first_channel) * extents[2] * extents[3], piece.size);
-      }
-  };
-  std::vector<Extents<4>> shapes;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const Head& head = detector.heads().at(i % heads);
-    shapes.push_back({images, head.channel_count(), head.grid_height, head.grid_width});
-  }
-  for (std::size_t i = 0; i < values.size(); ++i) values[i].resize(shapes[i]);
+  require_shape("forward_tangents", "tangents", tangents.value(), inputs.shape());
+  const std::size_t images = inputs.shape()[0], size = inputs.size() / images;
+  const auto pass = std::make_shared<detail::TangentPass<T>>(detector, images);
+  std::vector<Array<T, 4>> values;
+  for (const Extents<4>& shape : pass->shapes) values.emplace_back(shape);
   const auto mode = inputs.is_active() || tangents.is_active() ? Mode::input_gradient : Mode::inference;
   for (std::size_t n = 0; n < images; ++n) {
     for (std::size_t i = 0; i < 2; ++i) {
-      nn::Buffer<T>& input = (*given)[2 * n + i];
+      nn::Buffer<T>& input = pass->inputs[2 * n + i];
       input.resize(size);
       std::copy_n((i == 0 ? inputs : tangents).value().data() + n * size, size, input.data());
     }
-    network.forward({(*given)[2 * n].data(), (*given)[2 * n + 1].data()}, (*passes)[n], mode);
-    for_each_piece(shapes, n,
-                   [&](std::size_t array, std::size_t output, std::size_t first, std::size_t count) {
-                     std::copy_n((*passes)[n].output(output), count, values[array].data() + first);
-                   });
+    network.forward({pass->inputs[2 * n].data(), pass->inputs[2 * n + 1].data()}, pass->graph[n], mode);
+    pass->for_each_piece(n, [&](std::size_t array, std::size_t output, std::size_t first, std::size_t count) {
+      std::copy_n(pass->graph[n].output(output), count, values[array].data() + first);
+    });
   }
   const auto pullback = [=, &network](const std::vector<const Array<T, 4>*>& adjoints,
                                       Array<T, 4>* inputs_adjoint, Array<T, 4>* tangents_adjoint) {
-    static_cast<void>(given);
     for (std::size_t n = images; n-- > 0;) {
-      std::vector<const T*> of_outputs(2 * outputs, nullptr);
-      for_each_piece(shapes, n, [&](std::size_t array, std::size_t output, std::size_t first, std::size_t) {
+      std::vector<const T*> of_outputs(2 * pass->outputs, nullptr);
+      pass->for_each_piece(n, [&](std::size_t array, std::size_t output, std::size_t first, std::size_t) {
         if (adjoints[array] != nullptr) of_outputs[output] = adjoints[array]->data() + first;
       });
       const auto of_image = [&](Array<T, 4>* all) {
         return all == nullptr ? nullptr : all->data() + n * size;
       };
-      network.adjoint((*passes)[n], of_outputs, {of_image(inputs_adjoint), of_image(tangents_adjoint)});
+      network.adjoint(pass->graph[n], of_outputs, {of_image(inputs_adjoint), of_image(tangents_adjoint)});
     }
   };
   auto all = record_arrays<T, 4>(std::move(values), pullback, inputs, tangents);
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(heads);
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(pass->heads);
   return {{all.begin(), middle}, {middle, all.end()}};
 }
 

@@ -163,6 +163,29 @@ template <class X>
   return x;
 }
 
+/// An operation and its tangent along one direction, on a tape of their own.
+template <class T, class Parts, class Result>
+struct TangentRecording {
+  Tape<T> tape;
+  Parts values, tangents;
+  Result result;  ///< y and ẏ
+
+  /// \param k  number of the direction, from 1
+  template <class Adjoint, class... Adjoints>
+  void pull_back(std::size_t k, const Adjoint& value_adjoint, const Adjoints&... adjoints) {
+    const auto seed = [&](T* of_scalars) {
+      seed_part(of_scalars, result.first, value_adjoint, k);
+      seed_part(of_scalars, result.second, value_adjoint, 0);
+    };
+    tape.shared_state()->reverse(std::max(last_index(result.first), last_index(result.second)), seed);
+    const auto add = [&](const Parts& of, std::size_t part) {
+      std::apply([&](const auto&... each) { (add_part(adjoints, each, tape, part), ...); }, of);
+    };
+    if (k == 1) add(tangents, 0);
+    add(values, k);
+  }
+};
+
 template <class X>
 struct DualOf {
   using type = typename X::value_type;
@@ -191,11 +214,7 @@ template <class F, class First, class... X>
   };
   using Parts = decltype(parts(std::declval<Tape<T>&>(), 0, first, x...));
   using Result = decltype(std::apply(f, std::tuple_cat(std::declval<Parts>(), std::declval<Parts>())));
-  struct Direction {
-    Tape<T> tape;
-    Parts values, tangents;
-    Result result;
-  };
+  using Direction = detail::TangentRecording<T, Parts, Result>;
   const auto directions = std::make_shared<std::vector<Direction>>();
   for (std::size_t k = 1; k <= D::direction_count; ++k) {
     Tape<T> tape;
@@ -209,20 +228,8 @@ template <class F, class First, class... X>
   for (const Direction& direction : *directions) results.push_back(direction.result.second);
   auto value = detail::joined<D>(results);
   const auto pullback = [directions](const auto& value_adjoint, const auto&... adjoints) {
-    for (std::size_t k = 1; k <= D::direction_count; ++k) {
-      auto& [tape, values, tangents, result] = (*directions)[k - 1];
-      const auto& [y, y_tangent] = result;
-      tape.shared_state()->reverse(std::max(detail::last_index(y), detail::last_index(y_tangent)),
-                                   [&, &y = y, &y_tangent = y_tangent](T* scalar_adjoints) {
-                                     detail::seed_part(scalar_adjoints, y, value_adjoint, k);
-                                     detail::seed_part(scalar_adjoints, y_tangent, value_adjoint, 0);
-                                   });
-      const auto add = [&, &tape = tape](const auto& of, std::size_t part) {
-        std::apply([&](const auto&... each) { (detail::add_part(adjoints, each, tape, part), ...); }, of);
-      };
-      if (k == 1) add(tangents, 0);
-      add(values, k);
-    }
+    for (std::size_t k = 1; k <= D::direction_count; ++k)
+      (*directions)[k - 1].pull_back(k, value_adjoint, adjoints...);
   };
   return detail::record_result(std::move(value), pullback, first, x...);
 }
