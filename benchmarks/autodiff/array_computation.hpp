@@ -1,10 +1,8 @@
 #pragma once
-
 #include "array_forms.hpp"
 #include "worker_program.hpp"
 
 namespace tapestry::benchmarks {
-
 template <class Objective>
 concept HasArrayForm = requires {
   ArrayForm<Objective, double>::extents();
@@ -38,5 +36,4 @@ class ArrayTape final : public Computation {
   ArrayVariable<T, rank> x_, input_;
   Tape<T> tape_;
 };
-
 }  // namespace tapestry::benchmarks

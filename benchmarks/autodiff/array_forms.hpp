@@ -1,10 +1,8 @@
 #pragma once
 #include <tapestry/autodiff/array_functions.hpp>
-
 #include "objectives.hpp"
 
 namespace tapestry::benchmarks {
-
 /// An objective written with array operations, in float or double:
 ///
 ///   ArrayForm(objective)   what is constant, as arrays
@@ -276,5 +274,4 @@ class ArrayForm<Bundle, T> {
   ArrayVariable<T, 2> seen_;
   std::array<std::vector<std::size_t>, B::block - 1> places_;
 };
-
 }  // namespace tapestry::benchmarks

@@ -1,11 +1,9 @@
 #pragma once
 #include <algorithm>
 #include <array>
-
 #include "seeded.hpp"
 
 namespace tapestry::benchmarks {
-
 /// Bundle adjustment as in the public ADBench suite, on drawn cameras and points: 20 cameras of 11 parameters
 /// (rotation, centre, focal length, principal point, two radial distortions), 500 points, each seen by 10
 /// cameras, and a weight an observation. Residuals of an observation: the weighted reprojection error, two
@@ -191,5 +189,4 @@ T hand_adjoint(const BundleJacobian& bundle, const T* x, T* jacobian) {
   }
   return total;
 }
-
 }  // namespace tapestry::benchmarks

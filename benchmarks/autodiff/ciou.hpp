@@ -1,10 +1,8 @@
 #pragma once
 #include <numbers>
-
 #include "seeded.hpp"
 
 namespace tapestry::benchmarks {
-
 /// Σ of the complete-IoU loss of 10,000 pairs of boxes (cx, cy, w, h):
 ///
 ///   1 − IoU + d² / c² + α·v,  v = 4/π² · (atan(wt / ht) − atan(w / h))²,  α = v / (1 − IoU + v),
@@ -91,5 +89,4 @@ T hand_adjoint(const Ciou& ciou, const T* x, T* gradient) {
   }
   return total;
 }
-
 }  // namespace tapestry::benchmarks

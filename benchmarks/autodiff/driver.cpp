@@ -10,7 +10,6 @@
 
 namespace tapestry::benchmarks {
 namespace {
-
 namespace fs = std::filesystem;
 
 /// A program beside the driver, and its value of --variant.
@@ -223,7 +222,6 @@ void run(const DriverOptions& options, const std::string& other_build) {
   });
   write_results(folders, "autodiff", "Gradients a second against error", results, panels, 3);
 }
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

@@ -1,10 +1,8 @@
 #pragma once
 #include <algorithm>
-
 #include "seeded.hpp"
 
 namespace tapestry::benchmarks {
-
 /// The sum of 4 million numbers in [0, 1) that are floats: what accumulation costs, and what it loses. The
 /// error is that of the value; all derivatives are 1.
 struct FloatSum {
@@ -29,5 +27,4 @@ T hand_adjoint(const FloatSum& sum, const T* x, T* gradient) {
   std::fill_n(gradient, FloatSum::terms, T(1));
   return sum(x);
 }
-
 }  // namespace tapestry::benchmarks

@@ -1,10 +1,8 @@
 #pragma once
-
 #include "array_forms.hpp"
 #include "worker_program.hpp"
 
 namespace tapestry::benchmarks {
-
 /// One after the other, in T.
 template <class T>
 class NaiveSum final : public Computation {
@@ -38,5 +36,4 @@ class CompensatedArraySum final : public Computation {
   ArrayVariable<float, 1> x_;
   Tape<float> tape_;
 };
-
 }  // namespace tapestry::benchmarks

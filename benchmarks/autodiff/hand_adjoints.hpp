@@ -1,10 +1,8 @@
 #pragma once
 #include <limits>
-
 #include "objectives.hpp"
 
 namespace tapestry::benchmarks {
-
 /// The objectives' gradients as a person would write them, in any precision: what a tape competes with, and
 /// in long double the reference of its error. Each writes to gradient, of the inputs' size, and returns the
 /// objective's value.
@@ -222,5 +220,4 @@ T hand_adjoint(const Recurrence&, const T* x, T* gradient) {
   gradient[1] += b_g;
   return as.back() + bs.back();
 }
-
 }  // namespace tapestry::benchmarks

@@ -1,11 +1,9 @@
 #pragma once
 #include <algorithm>
 #include <array>
-
 #include "seeded.hpp"
 
 namespace tapestry::benchmarks {
-
 /// Rotation and translation, [3, 4].
 template <class S>
 using Affine = std::array<S, 12>;
@@ -225,5 +223,4 @@ T hand_adjoint(const HandTracking& hand, const T* x, T* gradient) {
   }
   return total / 2;
 }
-
 }  // namespace tapestry::benchmarks

@@ -1,11 +1,9 @@
 #pragma once
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/compressed_jacobian.hpp>
-
 #include "worker_program.hpp"
 
 namespace tapestry::benchmarks {
-
 /// Computes the Jacobian of BundleJacobian.
 class JacobianComputation : public Computation {
  public:
@@ -124,5 +122,4 @@ class CompressedSweeps final : public JacobianComputation {
   JacobianPlan plan_;
   std::vector<double> jacobian_;
 };
-
 }  // namespace tapestry::benchmarks

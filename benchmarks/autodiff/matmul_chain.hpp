@@ -1,10 +1,8 @@
 #pragma once
 #include <algorithm>
-
 #include "seeded.hpp"
 
 namespace tapestry::benchmarks {
-
 /// ½ Σ of the squares of A₁·A₂·A₃·A₄·A₅, matrices [48, 48].
 struct MatmulChain {
   static constexpr const char* name = "matmul-chain";
@@ -58,5 +56,4 @@ T hand_adjoint(const MatmulChain&, const T* x, T* gradient) {
   std::copy_n(g.data(), area, gradient);
   return total / 2;
 }
-
 }  // namespace tapestry::benchmarks

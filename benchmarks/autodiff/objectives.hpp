@@ -1,5 +1,4 @@
 #pragma once
-
 #include "bundle_adjustment.hpp"
 #include "ciou.hpp"
 #include "float_sum.hpp"
@@ -7,7 +6,6 @@
 #include "matmul_chain.hpp"
 
 namespace tapestry::benchmarks {
-
 // The functions that are differentiated. Each objective has
 //
 //   start()              seeded inputs
@@ -213,5 +211,4 @@ void for_each_objective(Visit visit) {
   visit(BundleJacobian());
   visit(FloatSum());
 }
-
 }  // namespace tapestry::benchmarks

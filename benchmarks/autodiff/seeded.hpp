@@ -5,7 +5,6 @@
 #include <vector>
 
 namespace tapestry::benchmarks {
-
 // The functions that objectives call, of numbers as of tapes' scalars.
 using std::atan, std::cos, std::exp, std::log, std::sin, std::sqrt, std::tanh;
 
@@ -25,5 +24,4 @@ template <class S>
 [[nodiscard]] S smaller(const S& a, const S& b) {
   return a < b ? a : b;
 }
-
 }  // namespace tapestry::benchmarks

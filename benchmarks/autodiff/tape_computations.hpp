@@ -1,16 +1,12 @@
 #pragma once
-#include <atomic>
 #include <barrier>
 #include <numeric>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
-#include <thread>
-
 #include "hand_adjoints.hpp"
 #include "worker_program.hpp"
 
 namespace tapestry::benchmarks {
-
 template <class Objective>
 class PlainValue final : public Computation {
  public:
@@ -181,5 +177,4 @@ class OnThreads final : public Computation {
   std::atomic<bool> is_over_ = false;
   std::vector<std::jthread> threads_;
 };
-
 }  // namespace tapestry::benchmarks

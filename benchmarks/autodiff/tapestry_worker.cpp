@@ -5,14 +5,12 @@
 
 namespace tapestry::benchmarks {
 namespace {
-
 [[nodiscard]] Made make_sum(const FloatSum& objective, const std::string& variant) {
   if (variant == "naive-float") return std::make_unique<NaiveSum<float>>(objective);
   if (variant == "plain") return std::make_unique<NaiveSum<double>>(objective);
   if (variant == "array-float") return std::make_unique<CompensatedArraySum>(objective);
   return nullptr;
 }
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

@@ -1,12 +1,10 @@
 #pragma once
-
 #include "array_computation.hpp"
 #include "jacobian_computations.hpp"
 #include "tape_computations.hpp"
 #include "variants.hpp"
 
 namespace tapestry::benchmarks {
-
 [[nodiscard]] inline Made make_jacobian(const BundleJacobian& objective, const std::string& variant) {
   if (variant == "scalar") return std::make_unique<BlockSweeps>(objective);
   if (variant == "dual") return std::make_unique<BlockDuals>(objective);
@@ -44,5 +42,4 @@ Made make_variant(const Objective& objective, const std::string& variant, std::p
     return make_array(objective, variant);
   }
 }
-
 }  // namespace tapestry::benchmarks

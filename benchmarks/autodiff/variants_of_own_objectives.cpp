@@ -2,7 +2,6 @@
 #include "variant_definitions.hpp"
 
 namespace tapestry::benchmarks {
-
 template Made make_variant(const Softmax&, const std::string&, std::ptrdiff_t);
 template Made make_variant(const Iou&, const std::string&, std::ptrdiff_t);
 template Made make_variant(const Smoothness&, const std::string&, std::ptrdiff_t);
@@ -11,5 +10,4 @@ template Made make_variant(const Speelpenning&, const std::string&, std::ptrdiff
 template Made make_variant(const Recurrence&, const std::string&, std::ptrdiff_t);
 template Made make_variant(const Ciou&, const std::string&, std::ptrdiff_t);
 template Made make_variant(const MatmulChain&, const std::string&, std::ptrdiff_t);
-
 }  // namespace tapestry::benchmarks

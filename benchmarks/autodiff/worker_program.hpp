@@ -1,12 +1,10 @@
 #pragma once
 #include <memory>
-
 #include "../../examples/programs/shell/program.hpp"
 #include "../support/serve.hpp"
 #include "objectives.hpp"
 
 namespace tapestry::benchmarks {
-
 /// One way to compute one objective. run() leaves value and gradient; a way that computes the value alone
 /// leaves the gradient empty.
 class Computation {
@@ -67,5 +65,4 @@ int run_worker(int argc, char** argv, Make make) {
     return 0;
   });
 }
-
 }  // namespace tapestry::benchmarks

@@ -7,7 +7,6 @@
 
 namespace tapestry::benchmarks {
 namespace {
-
 namespace fs = std::filesystem;
 
 struct Options : DriverOptions {
@@ -93,7 +92,6 @@ void run(const Options& options) {
     for (Row& row : rows) compile(options, row, folders.work);
   print(rows);
 }
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

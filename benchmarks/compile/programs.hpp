@@ -4,7 +4,6 @@
 #include <tapestry/io/file_source.hpp>
 
 namespace tapestry::benchmarks {
-
 /// A source file that a compiler is timed on.
 struct Program {
   std::string name;
@@ -89,5 +88,4 @@ struct Program {
       {"xtensor, a sum", peers / "xtensor.cpp", false, true},
   };
 }
-
 }  // namespace tapestry::benchmarks

@@ -1,12 +1,10 @@
 #pragma once
-
 #include "../support/driver.hpp"
 #include "network_files.hpp"
 #include "reference.hpp"
 #include "worker_program.hpp"
 
 namespace tapestry::benchmarks {
-
 /// A way to compute a detector: a program beside the driver, and its value of --engine.
 struct Variant {
   std::string name, program, engine;
@@ -147,5 +145,4 @@ inline void print(const Comparison& comparison) {
   }
   std::fflush(stdout);
 }
-
 }  // namespace tapestry::benchmarks

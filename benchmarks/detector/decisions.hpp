@@ -1,10 +1,8 @@
 #pragma once
 #include <fstream>
-
 #include "problem.hpp"
 
 namespace tapestry::benchmarks {
-
 /// Decisions of a forward pass: on which side of the kink each leaky or relu value lies, and which pixel each
 /// pool took. The gradient jumps where a decision changes, and float32 decides otherwise than double for the
 /// few values that lie within rounding of a kink, whatever the kernels. A gradient is therefore compared with
@@ -178,5 +176,4 @@ inline void write_decisions(const std::string& path, const Decisions& decisions)
   if (!file || file.peek() != EOF) throw FileError(ErrorKind::malformed, {path, "", "of another network"});
   return decisions;
 }
-
 }  // namespace tapestry::benchmarks

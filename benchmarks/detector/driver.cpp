@@ -4,7 +4,6 @@
 
 namespace tapestry::benchmarks {
 namespace {
-
 namespace fs = std::filesystem;
 
 struct Options : DriverOptions {
@@ -108,7 +107,6 @@ void run(const Options& options) {
   write_results(folders, "detector", "Detectors: GFLOP/s (as if done directly) against error", results,
                 panels, columns);
 }
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

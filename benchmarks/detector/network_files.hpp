@@ -1,11 +1,9 @@
 #pragma once
 #include <sstream>
 #include <tapestry/io/atomic_file.hpp>
-
 #include "problem.hpp"
 
 namespace tapestry::benchmarks {
-
 /// A cfg for one picture of the given size: Darknet would otherwise take memory for a whole batch, and the
 /// peers read the size from the file.
 [[nodiscard]] inline std::string cfg_of_size(const std::string& text, std::size_t size) {
@@ -92,5 +90,4 @@ struct NetworkFiles {
   io::write_weight_file(files.weights, 0, parameters);
   return files;
 }
-
 }  // namespace tapestry::benchmarks

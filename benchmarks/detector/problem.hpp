@@ -2,7 +2,6 @@
 #include <tapestry/io/darknet/model_file.hpp>
 
 namespace tapestry::benchmarks {
-
 /// The task of every engine: the logits of one picture, or beside them the gradient to the picture of Σ
 /// weighting · logits.
 struct Problem {
@@ -48,5 +47,4 @@ struct Problem {
   }
   return flop * 1e-9;
 }
-
 }  // namespace tapestry::benchmarks

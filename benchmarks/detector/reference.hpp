@@ -1,11 +1,9 @@
 #pragma once
 #include <tapestry/image/batch.hpp>
-
 #include "../support/relative_distance.hpp"
 #include "decisions.hpp"
 
 namespace tapestry::benchmarks {
-
 /// Error of a gradient against double precision.
 struct GradientError {
   double relative = 0;       ///< under the decisions that the gradient was made with
@@ -71,5 +69,4 @@ class Reference {
   Decisions own_decisions_;
   std::vector<double> own_gradient_;
 };
-
 }  // namespace tapestry::benchmarks

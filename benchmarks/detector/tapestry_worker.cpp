@@ -6,7 +6,6 @@
 
 namespace tapestry::benchmarks {
 namespace {
-
 const nn::Engine engines[] = {nn::Engine::automatic, nn::Engine::direct, nn::Engine::winograd_f2,
                               nn::Engine::winograd_f4, nn::Engine::bfloat16};
 
@@ -82,7 +81,6 @@ class TapestryDetector {
   std::shared_ptr<detect::Pass<float>> pass_ = std::make_shared<detect::Pass<float>>();
   Array<float, 4> gradient_;
 };
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

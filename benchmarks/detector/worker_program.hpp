@@ -1,11 +1,9 @@
 #pragma once
-
 #include "../../examples/programs/shell/program.hpp"
 #include "../support/serve.hpp"
 #include "decisions.hpp"
 
 namespace tapestry::benchmarks {
-
 struct WorkerOptions {
   std::string cfg{}, weights{};
   std::size_t size = 416;
@@ -59,5 +57,4 @@ int run_worker(int argc, char** argv, const std::string& engines) {
     return 0;
   });
 }
-
 }  // namespace tapestry::benchmarks

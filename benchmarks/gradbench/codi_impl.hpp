@@ -1,5 +1,4 @@
 #pragma once
-#include <optional>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/jacobian.hpp>
 

@@ -1,8 +1,6 @@
 // gradbench: speed and error of the tape on GradBench's programs, beside CoDiPack, Adept and derivatives by
 // hand
 
-#include <fstream>
-#include <functional>
 #include <tapestry/core/random.hpp>
 
 #include "../support/driver.hpp"
@@ -10,7 +8,6 @@
 
 namespace tapestry::benchmarks {
 namespace {
-
 namespace fs = std::filesystem;
 using nlohmann::json;
 
@@ -220,7 +217,6 @@ void run(const DriverOptions& options) {
     }
   write_results(folders, "gradbench", "", results, {}, 1);
 }
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

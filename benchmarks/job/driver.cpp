@@ -7,7 +7,6 @@
 
 namespace tapestry::benchmarks {
 namespace {
-
 namespace fs = std::filesystem;
 
 struct Options : DriverOptions {
@@ -160,7 +159,6 @@ void run(const Options& options) {
   }
   write_results(folders, "job", "", results, {}, 0);
 }
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

@@ -6,7 +6,6 @@
 
 namespace tapestry::benchmarks {
 namespace {
-
 namespace fs = std::filesystem;
 
 struct Options : DriverOptions {
@@ -149,7 +148,6 @@ void run(const Options& options) {
   write_results(folders, "onnx", "ONNX networks, forward: pictures a second against error", results, panels,
                 options.threads.size());
 }
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

@@ -1,10 +1,8 @@
 #pragma once
 #include <tapestry/io/onnx/onnx_file.hpp>
-
 #include "problem.hpp"
 
 namespace tapestry::benchmarks {
-
 /// A network of this library on the problem's picture.
 template <std::floating_point T>
 class GraphRun {
@@ -50,5 +48,4 @@ class GraphRun {
   std::vector<std::vector<T>> weightings_;
   std::vector<T> gradient_;
 };
-
 }  // namespace tapestry::benchmarks

@@ -1,11 +1,9 @@
 #pragma once
 #include <tapestry/core/random.hpp>
-
 #include "../../examples/programs/shell/program.hpp"
 #include "../support/serve.hpp"
 
 namespace tapestry::benchmarks {
-
 /// Options of each program that runs a network.
 struct NetworkOptions {
   std::string model{};  ///< an ONNX file of one input, a picture [1, 3, size, size]
@@ -46,5 +44,4 @@ int run_network_worker(int argc, char** argv) {
     return 0;
   });
 }
-
 }  // namespace tapestry::benchmarks

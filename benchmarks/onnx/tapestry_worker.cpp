@@ -4,7 +4,6 @@
 
 namespace tapestry::benchmarks {
 namespace {
-
 class TapestryNetwork {
  public:
   explicit TapestryNetwork(const NetworkOptions& options)
@@ -24,7 +23,6 @@ class TapestryNetwork {
   GraphRun<float> run_;
   bool wants_gradient_;
 };
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

@@ -115,5 +115,4 @@ std::vector<Kind> detector_kinds() {
           {"onnx: numbers", many_numbers, read_onnx, times_file(56)},
           {"onnx: initialisers", many_initialisers, read_onnx, times_file(56)}};
 }
-
 }  // namespace tapestry::benchmarks

@@ -6,7 +6,6 @@
 #include <vector>
 
 namespace tapestry::benchmarks {
-
 /// A reader with files that are bad for it.
 struct Kind {
   std::string name;
@@ -59,5 +58,4 @@ std::vector<Kind> array_kinds();
 std::vector<Kind> mesh_kinds();
 std::vector<Kind> detector_kinds();
 std::vector<Kind> text_kinds();
-
 }  // namespace tapestry::benchmarks

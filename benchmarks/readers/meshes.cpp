@@ -57,5 +57,4 @@ std::vector<Kind> mesh_kinds() {
       {"mtl", filled("", numbered("newmtl ", "\n")), read_materials, times_file(24)},
       {"faces", filled("", "1\n"), read_faces, times_file(12)}};
 }
-
 }  // namespace tapestry::benchmarks

@@ -1,7 +1,6 @@
 // Pictures, and NumPy's arrays and archives.
 #include <random>
 #include <tapestry/camouflage/run_state.hpp>
-#include <tapestry/io/detail/zip_archive.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/npy.hpp>
 #if defined(TAPESTRY_JPEG)
@@ -172,5 +171,4 @@ std::vector<Kind> array_kinds() {
           {"npz: deflated", deflated, read_archive, archive_memory},
           {"checkpoint: bytes", checkpoint, read_checkpoint, checkpoint_memory}};
 }
-
 }  // namespace tapestry::benchmarks

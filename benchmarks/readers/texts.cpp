@@ -1,5 +1,4 @@
 // JSON and what is written in it, and labels of pictures.
-#include <memory>
 #include <tapestry/evaluate/dataset/readers.hpp>
 #include <tapestry/io/text_lists.hpp>
 
@@ -96,5 +95,4 @@ std::vector<Kind> text_kinds() {
           {"palette", filled("", colour), read_colours, times_file(3), 1},
           {"options: words", filled("words = [", "1,", "]\n", 1), read_options, times_file(100), 1}};
 }
-
 }  // namespace tapestry::benchmarks

@@ -1,12 +1,10 @@
 #pragma once
 #include <map>
-
 #include "../support/driver.hpp"
 #include "../support/relative_distance.hpp"
 #include "expected.hpp"
 
 namespace tapestry::benchmarks {
-
 /// A way to do a stage: a program beside the driver, and its value of --variant.
 struct Variant {
   const char* stage;
@@ -176,5 +174,4 @@ inline void add_working_memory(const Comparison& comparison, std::vector<Result>
         {result.case_name, result.variant + "-working", result.threads, {}, {}, comparison.working_mib[i]});
   }
 }
-
 }  // namespace tapestry::benchmarks

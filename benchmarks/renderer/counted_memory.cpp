@@ -8,7 +8,6 @@
 
 namespace tapestry::benchmarks {
 namespace {
-
 std::atomic<std::size_t> in_use{0};
 std::atomic<std::size_t> most{0};
 
@@ -25,13 +24,11 @@ void release(void* block) noexcept {
   in_use.fetch_sub(malloc_usable_size(block), std::memory_order_relaxed);
   std::free(block);
 }
-
 }  // namespace
 
 std::size_t bytes_in_use() { return in_use; }
 std::size_t peak_bytes() { return most; }
 void reset_peak_bytes() { most = in_use.load(); }
-
 }  // namespace tapestry::benchmarks
 
 // The forms for arrays and those that do not throw call these.

@@ -2,7 +2,6 @@
 #include <cstddef>
 
 namespace tapestry::benchmarks {
-
 /// Bytes that operator new has given out and not got back. A program that counts them links
 /// counted_memory.cpp, which replaces operator new.
 [[nodiscard]] std::size_t bytes_in_use();
@@ -10,5 +9,4 @@ namespace tapestry::benchmarks {
 /// The most that bytes_in_use() has been since reset_peak_bytes().
 [[nodiscard]] std::size_t peak_bytes();
 void reset_peak_bytes();
-
 }  // namespace tapestry::benchmarks

@@ -4,7 +4,6 @@
 
 namespace tapestry::benchmarks {
 namespace {
-
 namespace fs = std::filesystem;
 
 struct Options : DriverOptions {
@@ -78,7 +77,6 @@ void run(Options options) {
                       "Gradients a second against error, by coverage rate and model", gradients,
                       options.sizes.size() + 1);
 }
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

@@ -1,11 +1,9 @@
 #pragma once
 #include <numeric>
-
 #include "reference.hpp"
 #include "scene.hpp"
 
 namespace tapestry::benchmarks {
-
 /// The face of every pixel's centre.
 [[nodiscard]] inline std::vector<double> expected_faces(const Scene& scene, std::size_t size) {
   std::vector<double> faces(size * size);
@@ -107,5 +105,4 @@ inline constexpr std::size_t scoring_samples = 16;
   }
   return derivatives;
 }
-
 }  // namespace tapestry::benchmarks

@@ -4,7 +4,6 @@
 #include <tapestry/geometry/mesh.hpp>
 
 namespace tapestry::benchmarks {
-
 /// A view in double precision without snapping: every face is tested at every sample of its box by
 /// homogeneous barycentrics, the nearest wins, on a tie the lowest index. Shares no code with the library's
 /// rasteriser. All of the mesh must lie before the camera.
@@ -83,5 +82,4 @@ class ReferenceView {
   std::vector<geometry::Vector3> corners_;
   std::vector<std::array<double, 2>> picture_;  // row and column
 };
-
 }  // namespace tapestry::benchmarks

@@ -2,12 +2,10 @@
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/raster/texture_layout.hpp>
-
 #include "../../examples/scenes/car.hpp"
 #include "../../tests/support/gradient_scoring.hpp"
 
 namespace tapestry::benchmarks {
-
 /// The scene that every renderer draws: a car of length 2 around the origin, seen from a distance at
 /// elevation 20° and three azimuths with a field of view of 60°, its paint an atlas under white light.
 /// Gradients are scored in one more view, azimuth 45° of Neural Mesh Renderer's camera, for which figures of
@@ -81,5 +79,4 @@ struct Scene {
     motions.push_back(test::scoring_motion(scene.mesh, scene.scored_camera, kind, pixel));
   return motions;
 }
-
 }  // namespace tapestry::benchmarks

@@ -1,5 +1,4 @@
 // The car as this library renders it.
-#include <functional>
 #include <tapestry/raster/detail/render_textured.hpp>
 #include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/texture_operator.hpp>
@@ -9,7 +8,6 @@
 
 namespace tapestry::benchmarks {
 namespace {
-
 using Operator = raster::TextureOperator<float>;
 using Motion = std::vector<geometry::Vector3>;
 
@@ -177,7 +175,6 @@ class TapestryRenderer {
   Array<float, 2> texels_adjoint_;
   Motion motion_;
 };
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

@@ -1,11 +1,9 @@
 #pragma once
-
 #include "../../examples/programs/shell/program.hpp"
 #include "../support/serve.hpp"
 #include "scene.hpp"
 
 namespace tapestry::benchmarks {
-
 struct WorkerOptions {
   std::string mesh{};  ///< OBJ file, or empty for the procedural car
   double distance = 5;
@@ -45,5 +43,4 @@ int run_worker(int argc, char** argv, const std::string& variants) {
     return 0;
   });
 }
-
 }  // namespace tapestry::benchmarks

@@ -1,14 +1,11 @@
 #pragma once
 #include <regex>
-
 #include "../../examples/programs/shell/program.hpp"
 #include "figure.hpp"
 #include "numbers_file.hpp"
-#include "result.hpp"
 #include "rounds.hpp"
 
 namespace tapestry::benchmarks {
-
 /// Options of every driver.
 struct DriverOptions {
   bool is_quick = false;
@@ -116,5 +113,4 @@ int run_driver(CLI::App& app, int argc, char** argv, Run run) {
     return 0;
   });
 }
-
 }  // namespace tapestry::benchmarks

@@ -1,10 +1,8 @@
 #pragma once
 #include <tapestry/io/atomic_file.hpp>
-
 #include "../../examples/programs/shell/protocol/drawing.hpp"
 
 namespace tapestry::benchmarks {
-
 struct Point {
   std::string label;
   double error, speed;
@@ -30,7 +28,6 @@ struct Panel {
 }
 
 namespace detail {
-
 [[nodiscard]] inline std::string power_of_ten(int exponent) {
   static const std::vector<std::string> digits{"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
   std::string text = exponent < 0 ? "10⁻" : "10";
@@ -218,5 +215,4 @@ inline void write_figure(const std::string& path, const std::string& title, cons
         {detail::PanelDrawing::width, detail::PanelDrawing::height, detail::PanelDrawing(panel).svg()});
   io::write_file_atomically(path, std::string_view(shell::figure_svg(figure)));
 }
-
 }  // namespace tapestry::benchmarks

@@ -4,7 +4,6 @@
 #include <tapestry/io/file_source.hpp>
 
 namespace tapestry::benchmarks {
-
 /// The numbers of a file that a program of a benchmark wrote, in this machine's form.
 template <class T>
 [[nodiscard]] std::vector<T> read_numbers(const std::string& path) {
@@ -21,5 +20,4 @@ void write_numbers(const std::string& path, const std::vector<T>& values) {
              static_cast<std::streamsize>(sizeof(T) * values.size()));
   if (!file.flush()) throw FileError(ErrorKind::write, {path, "", "cannot write"});
 }
-
 }  // namespace tapestry::benchmarks

@@ -4,7 +4,6 @@
 #include <tapestry/core/error.hpp>
 
 namespace tapestry::benchmarks {
-
 /// A network in OpenCV's dnn module, forward only.
 class OpenCvNetwork {
  public:
@@ -46,5 +45,4 @@ class OpenCvNetwork {
   cv::Mat picture_;
   std::vector<cv::Mat> outputs_{};
 };
-
 }  // namespace tapestry::benchmarks

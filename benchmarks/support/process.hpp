@@ -4,7 +4,6 @@
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
@@ -14,7 +13,6 @@
 #include <vector>
 
 namespace tapestry::benchmarks {
-
 /// Cost of one run of a program, with all its own processes that it waited for.
 struct ProcessCost {
   bool succeeded = false;
@@ -83,5 +81,4 @@ class Process {
   std::chrono::steady_clock::time_point start_;
   pid_t id_ = -1;
 };
-
 }  // namespace tapestry::benchmarks

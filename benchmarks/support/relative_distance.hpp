@@ -4,7 +4,6 @@
 #include <vector>
 
 namespace tapestry::benchmarks {
-
 /// ‖found − expected‖ / ‖expected‖; ‖found‖ where 0 is expected.
 template <std::floating_point T>
 [[nodiscard]] double relative_distance(const std::vector<T>& found, const std::vector<double>& expected) {
@@ -20,5 +19,4 @@ template <std::floating_point T>
   }
   return std::sqrt(norm == 0 ? difference : difference / norm);
 }
-
 }  // namespace tapestry::benchmarks

@@ -1,12 +1,10 @@
 #pragma once
 #include <optional>
 #include <tapestry/io/atomic_file.hpp>
-
 #include "../../examples/programs/shell/build_facts.hpp"
 #include "../../examples/programs/shell/csv.hpp"
 
 namespace tapestry::benchmarks {
-
 /// One line of a benchmark's table. What could not be measured has no value.
 struct Result {
   std::string case_name, variant;
@@ -41,5 +39,4 @@ inline void write_csv(const std::string& path, const std::vector<Result>& result
   }
   io::write_file_atomically(path, std::string_view(text));
 }
-
 }  // namespace tapestry::benchmarks

@@ -1,13 +1,10 @@
 #pragma once
-#include <algorithm>
 #include <memory>
 #include <thread>
-
 #include "result.hpp"
 #include "worker.hpp"
 
 namespace tapestry::benchmarks {
-
 /// The quantile of a sorted list, between 0 and 1, interpolated.
 [[nodiscard]] inline double quantile(const std::vector<double>& sorted, double part) {
   const double position = part * static_cast<double>(sorted.size() - 1);
@@ -117,5 +114,4 @@ inline void run_rounds(std::vector<Contestant>& contestants, const Schedule& sch
     }
   }
 }
-
 }  // namespace tapestry::benchmarks

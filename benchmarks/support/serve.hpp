@@ -1,17 +1,14 @@
 #pragma once
 #include <fcntl.h>
 #include <unistd.h>
-
 #include <chrono>
 #include <cstdio>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <sstream>
-
 #include "numbers_file.hpp"
 
 namespace tapestry::benchmarks {
-
 /// Something that a benchmark times: one library, set up for one task. write_numbers() takes its answer.
 template <class E>
 concept Engine = requires(E& engine, const std::string& path) {
@@ -113,5 +110,4 @@ void run_or_serve(E& engine, Replies& replies, double seconds) {
   if (seconds == 0) return serve(engine, replies);
   replies.send(timed_reply(engine, seconds));
 }
-
 }  // namespace tapestry::benchmarks

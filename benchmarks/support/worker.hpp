@@ -4,11 +4,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
-
 #include "process.hpp"
 
 namespace tapestry::benchmarks {
-
 /// The last line that a program wrote into its log.
 [[nodiscard]] inline std::string last_line(const std::string& path) {
   std::ifstream log(path);
@@ -74,5 +72,4 @@ class Worker {
   int requests_ = -1;
   std::FILE* replies_ = nullptr;
 };
-
 }  // namespace tapestry::benchmarks

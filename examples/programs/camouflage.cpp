@@ -4,7 +4,6 @@
 #include "shell/wild_boxes.hpp"
 
 namespace tapestry::shell {
-
 struct CleanViews {
   std::size_t views = 0, found = 0;  ///< pictures; those with a found car
   /// Pictures where it finds another class there, by its name.
@@ -63,7 +62,6 @@ inline void require_car_found(const Inputs& inputs, const SceneSettings& scene,
   else
     remark("the car is found as " + name + " in " + std::to_string(seen.found) + " of " + views + others);
 }
-
 }  // namespace tapestry::shell
 
 namespace {

@@ -8,7 +8,6 @@
 #include "shell/texture_training.hpp"
 
 namespace tapestry::shell {
-
 /// One run of harden in its folder: the rounds, then the attacks that are measured, then the report. Each
 /// part saves its own checkpoint, so that a run can be resumed after any interruption.
 class HardeningRun {
@@ -243,7 +242,6 @@ class HardeningRun {
   std::vector<HardeningStep> history_;
   std::string identity_;
 };
-
 }  // namespace tapestry::shell
 
 namespace {

@@ -207,7 +207,6 @@ int run(const CLI::App& app, const char* program, Options& options) {
   fill_in_files(options);
   return run_training(options.training, options.output, [&] { return train(app, program, options); });
 }
-
 }  // namespace
 
 int main(int argc, char** argv) {

@@ -174,7 +174,6 @@ void require_sound(const Options& o) {
                "--side must be a multiple of 16, 32 to 1024 pixels");
   list.throw_first();
 }
-
 }  // namespace
 
 int main(int argc, char** argv) {

@@ -1,7 +1,6 @@
 #pragma once
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
-
 #include <tapestry/camouflage/objective_terms.hpp>
 #include <tapestry/io/frame.hpp>
 #include <tapestry/raster/painted_mesh.hpp>

@@ -94,5 +94,4 @@ geometry::Mesh make_car(const CarOptions& options) {
   round_coordinates(builder.mesh());
   return std::move(builder.mesh());
 }
-
 }  // namespace tapestry::scenes

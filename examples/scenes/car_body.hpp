@@ -1,10 +1,8 @@
 #pragma once
-
 #include "car_section.hpp"
 #include "mesh_builder.hpp"
 
 namespace tapestry::scenes {
-
 /// Indices of a car's materials in its mesh, in this order.
 struct CarMaterials {
   std::int32_t body, glass, tyre, light, tail_light, trim, rim, plate;
@@ -230,5 +228,4 @@ class CarBody {
   Chart top_chart_{}, front_chart_{}, rear_chart_{};
   std::array<std::vector<Ring>, 2> rings_;
 };
-
 }  // namespace tapestry::scenes

@@ -1,11 +1,9 @@
 #pragma once
 #include <algorithm>
 #include <numbers>
-
 #include "car_shape.hpp"
 
 namespace tapestry::scenes {
-
 /// Rows of a half section, from the bottom edge of the side to the centre line of roof or bonnet.
 inline constexpr std::size_t side_rows = 6;
 inline constexpr std::array<double, 5> shoulder_fractions{0, 0.10, 0.45, 0.87, 1};  ///< belt to roof edge
@@ -95,5 +93,4 @@ struct CarSection {
   positions.back() = shape.front;
   return positions;
 }
-
 }  // namespace tapestry::scenes

@@ -5,7 +5,6 @@
 #include <vector>
 
 namespace tapestry::scenes {
-
 /// A smooth curve through knots that overshoots none of them, constant outside.
 /// Source: Fritsch and Carlson, "Monotone piecewise cubic interpolation" (1980), with the harmonic
 /// mean of Fritsch and Butland (1984) as slope.
@@ -107,5 +106,4 @@ inline const std::array<CarShape, 4> car_shapes{
 [[nodiscard]] inline const CarShape& car_shape(BodyStyle style) {
   return car_shapes[static_cast<std::size_t>(style)];
 }
-
 }  // namespace tapestry::scenes

@@ -2,7 +2,6 @@
 #include <tapestry/io/mesh_writers.hpp>
 
 namespace tapestry::scenes {
-
 /// Makes the faces without paint whose colour no file states as dark as glass and tyres. Meshes have a light
 /// grey by default: a car from a file without materials would have white windows, which detectors do not
 /// know. A file that states this very grey, as exporters do, counts as stating nothing.
@@ -33,5 +32,4 @@ namespace tapestry::scenes {
   }
   return mesh;
 }
-
 }  // namespace tapestry::scenes

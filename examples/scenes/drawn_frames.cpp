@@ -97,5 +97,4 @@ io::Frame DrawnFrames::operator()(std::size_t index) const {
   Random random = Random(seed).fork(static_cast<std::uint64_t>(stream)).fork(index);
   return make_frame(random, frame_options(index, count), size);
 }
-
 }  // namespace tapestry::scenes

@@ -1,12 +1,9 @@
 #pragma once
-#include <functional>
 #include <tapestry/core/random.hpp>
 #include <tapestry/io/frame_file.hpp>
-
 #include "scene.hpp"
 
 namespace tapestry::scenes {
-
 /// Draws scenes until the car is in the picture and enough of it shows.
 /// \param make   gives a scene for random numbers
 /// \param least, most  share of the car's samples that nothing hides, from least to below most
@@ -36,5 +33,4 @@ struct DrawnFrames {
 
   [[nodiscard]] io::Frame operator()(std::size_t index) const;
 };
-
 }  // namespace tapestry::scenes

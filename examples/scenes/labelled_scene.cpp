@@ -4,7 +4,6 @@
 #include "picture.hpp"
 
 namespace tapestry::scenes {
-
 LabelledScene draw_labelled(Random random, const SceneOptions& options, std::size_t size) {
   const Scene scene = make_scene(random, options);
   const Picture picture = draw_scene(scene, size, size);
@@ -58,5 +57,4 @@ void ScenePool::fill(std::size_t step, std::size_t fresh, Array<float, 4>& batch
     truths[image] = varied(scene.truths, variation, size_);
   }
 }
-
 }  // namespace tapestry::scenes

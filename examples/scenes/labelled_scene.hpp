@@ -1,11 +1,9 @@
 #pragma once
 #include <tapestry/core/random.hpp>
 #include <tapestry/loss/prediction.hpp>
-
 #include "scene.hpp"
 
 namespace tapestry::scenes {
-
 /// A drawn scene as a detector sees it, small enough to keep thousands.
 struct LabelledScene {
   Array<std::uint8_t, 3> colours;    ///< [H, W, 3]
@@ -66,5 +64,4 @@ class ScenePool {
   std::size_t size_, capacity_, drawn_ = 0;
   std::vector<LabelledScene> scenes_;
 };
-
 }  // namespace tapestry::scenes

@@ -227,5 +227,4 @@ Scene make_scene(Random& random, const SceneOptions& options) {
   fill_attributes(scene.mesh);
   return scene;
 }
-
 }  // namespace tapestry::scenes

@@ -2,7 +2,6 @@
 #include <tapestry/geometry/mesh.hpp>
 
 namespace tapestry::scenes {
-
 using Point = geometry::Vector3;
 using Uv = std::array<double, 2>;
 using Colour = std::array<float, 3>;
@@ -74,5 +73,4 @@ class MeshBuilder {
  private:
   geometry::Mesh mesh_;
 };
-
 }  // namespace tapestry::scenes

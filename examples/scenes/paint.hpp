@@ -1,10 +1,8 @@
 #pragma once
 #include <tapestry/core/random.hpp>
-
 #include "scene.hpp"
 
 namespace tapestry::scenes {
-
 /// Any colour of the RGB cube.
 [[nodiscard]] inline Colour any_colour(Random& random) {
   const auto channel = [&] { return static_cast<float>(random.uniform(0.02, 0.98)); };
@@ -133,5 +131,4 @@ class PaintPattern {
         texels(row * width + column, c) = blocks[row / block * blocks_across + column / block][c];
   return texels;
 }
-
 }  // namespace tapestry::scenes

@@ -5,7 +5,6 @@
 #include "scene_parts.hpp"
 
 namespace tapestry::scenes {
-
 Array<float, 3> halved(const Array<float, 3>& picture) {
   Array<float, 3> half(Extents<3>{picture.shape(0) / 2, picture.shape(1) / 2, 3});
   for (std::size_t row = 0; row < half.shape(0); ++row)
@@ -133,5 +132,4 @@ Scene make_scene_in_photograph(Random& random, Array<float, 3> photograph, const
   fill_attributes(scene.mesh);
   return scene;
 }
-
 }  // namespace tapestry::scenes

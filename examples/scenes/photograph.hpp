@@ -1,10 +1,8 @@
 #pragma once
 #include <tapestry/core/random.hpp>
-
 #include "scene.hpp"
 
 namespace tapestry::scenes {
-
 /// Camera of photographs, and the places on their ground where a car may stand. Ranges are {low, high},
 /// uniform.
 struct PhotographOptions {
@@ -62,5 +60,4 @@ inline constexpr double asphalt = 0.45;
 /// \param photograph  [H, W, 3], RGB in [0, 1]
 [[nodiscard]] Scene make_scene_in_photograph(Random& random, Array<float, 3> photograph,
                                              const Vehicle& vehicle, const PhotographOptions& options);
-
 }  // namespace tapestry::scenes

@@ -1,14 +1,11 @@
 #include "picture.hpp"
 
-#include <cmath>
-#include <cstdint>
 #include <tapestry/core/random.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
 #include "shadow.hpp"
 
 namespace tapestry::scenes {
-
 namespace detail {
 /// A well mixed value in [0, 1) for one corner of the integer lattice.
 [[nodiscard]] inline float lattice_value(std::int32_t x, std::int32_t y, std::uint32_t seed) {
@@ -245,5 +242,4 @@ Picture draw_scene(const Scene& scene, std::size_t height, std::size_t width) {
   picture.boxes = find_boxes(scene, buffer);
   return picture;
 }
-
 }  // namespace tapestry::scenes

@@ -1,9 +1,7 @@
 #pragma once
-
 #include "scene.hpp"
 
 namespace tapestry::scenes {
-
 struct PictureBox {
   std::size_t class_index = 0;
   std::size_t object = 0;                           ///< index into the scene's objects
@@ -22,5 +20,4 @@ struct Picture {
 
 /// Draws a scene, 2×2 samples a pixel. The same scene gives the same picture.
 [[nodiscard]] Picture draw_scene(const Scene& scene, std::size_t height, std::size_t width);
-
 }  // namespace tapestry::scenes

@@ -1,9 +1,7 @@
 #pragma once
-
 #include "paint.hpp"
 
 namespace tapestry::scenes {
-
 /// Street furniture in its own frame: on the ground, around the origin.
 struct Prop {
   geometry::Mesh mesh;
@@ -176,5 +174,4 @@ inline Colour muted_colour(Random& random) {
   if (draw < 0.84) return make_tree(random);
   return draw < 0.91 ? make_wall(random) : make_billboard(random);
 }
-
 }  // namespace tapestry::scenes

@@ -1,10 +1,8 @@
 #pragma once
-
 #include "car_shape.hpp"
 #include "vehicle.hpp"
 
 namespace tapestry::scenes {
-
 /// Classes of the bundled detector.
 inline constexpr std::size_t class_car = 0;
 inline constexpr std::size_t class_van = 1;
@@ -93,5 +91,4 @@ struct CarView {
     turn(light.direction[0], light.direction[1]);
   }
 };
-
 }  // namespace tapestry::scenes

@@ -1,9 +1,7 @@
 #pragma once
-
 #include "scene.hpp"
 
 namespace tapestry::scenes {
-
 /// A place on the ground and a heading.
 struct Pose {
   double x = 0, y = 0, yaw_rad = 0;
@@ -81,5 +79,4 @@ class SceneBuilder {
   Point eye_;
   std::vector<std::array<double, 3>> taken_;  ///< x, y, radius
 };
-
 }  // namespace tapestry::scenes

@@ -6,7 +6,6 @@
 #include "shadow.hpp"
 
 namespace tapestry::scenes {
-
 double draw(Random& random, const std::pair<double, double>& range) {
   return random.uniform(range.first, range.second);
 }
@@ -61,5 +60,4 @@ void fill_attributes(geometry::Mesh& mesh) {
   mesh.face_materials.assign(mesh.faces.size(), -1);
   mesh.face_groups.assign(mesh.faces.size(), -1);
 }
-
 }  // namespace tapestry::scenes

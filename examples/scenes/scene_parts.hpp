@@ -1,10 +1,8 @@
 #pragma once
 #include <tapestry/core/random.hpp>
-
 #include "scene_builder.hpp"
 
 namespace tapestry::scenes {
-
 // Parts of scenes in streets and in photographs.
 
 /// A number of the range, uniform.
@@ -18,5 +16,4 @@ void add_vehicle(SceneBuilder& builder, Scene& scene, const SceneOptions& option
 
 /// A mesh of positions and faces alone gets the lists that belong to its faces.
 void fill_attributes(geometry::Mesh& mesh);
-
 }  // namespace tapestry::scenes

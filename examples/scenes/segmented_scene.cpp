@@ -5,7 +5,6 @@
 #include "picture.hpp"
 
 namespace tapestry::scenes {
-
 SegmentedScene draw_segmented(Random random, const SceneOptions& options, std::size_t size) {
   const Scene scene = make_scene(random, options);
   const Picture picture = draw_scene(scene, size, size);
@@ -40,5 +39,4 @@ void put_segmented(Random random, std::size_t image, Array<float, 4>& images, Ar
       wanted(image, row, column) = static_cast<float>(scene.car(row, from)) / 255;
     }
 }
-
 }  // namespace tapestry::scenes

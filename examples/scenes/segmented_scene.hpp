@@ -1,11 +1,9 @@
 #pragma once
 #include <tapestry/core/random.hpp>
 #include <tapestry/segment/car_component.hpp>
-
 #include "scene.hpp"
 
 namespace tapestry::scenes {
-
 struct SegmentedScene {
   Array<std::uint8_t, 3> colours;  ///< [H, W, 3]
   Array<std::uint8_t, 2> car;      ///< [H, W] share of the pixel that shows the main car, of 255
@@ -22,5 +20,4 @@ struct SegmentedScene {
 /// \param images  [N, size, size, 3]
 /// \param wanted  [N, size, size], share of the main car in [0, 1]
 void put_segmented(Random random, std::size_t image, Array<float, 4>& images, Array<float, 3>& wanted);
-
 }  // namespace tapestry::scenes

@@ -1,9 +1,7 @@
 #pragma once
-
 #include "scene_builder.hpp"
 
 namespace tapestry::scenes {
-
 using Ground = std::array<double, 2>;
 
 /// Corners of the convex hull, counter-clockwise. Source: Andrew's monotone chain (1979).
@@ -74,5 +72,4 @@ inline void cast_shadows(SceneBuilder& builder, const std::vector<Point>& solid,
   }
   return share;
 }
-
 }  // namespace tapestry::scenes

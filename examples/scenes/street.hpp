@@ -1,10 +1,8 @@
 #pragma once
-
 #include "props.hpp"
 #include "scene_builder.hpp"
 
 namespace tapestry::scenes {
-
 /// The street's own frame has x along it; its middle is y = 0.
 struct StreetPlan {
   Pose pose;              ///< world from street
@@ -208,5 +206,4 @@ inline void add_skyline(SceneBuilder& scene, const Colour& haze, Random& random)
   }
   scene.add(builder.mesh(), {});
 }
-
 }  // namespace tapestry::scenes

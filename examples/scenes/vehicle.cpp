@@ -3,7 +3,6 @@
 #include "dark_parts.hpp"
 
 namespace tapestry::scenes {
-
 Vehicle stand_on_ground(geometry::Mesh mesh, std::vector<std::uint8_t> painted, double length,
                         double least_m) {
   std::vector<Point> corners;  // the mesh may have positions that no face uses
@@ -41,5 +40,4 @@ geometry::Camera camera_of_mesh(const Vehicle& vehicle, geometry::Camera camera)
   camera.far /= vehicle.metres_per_unit;
   return camera;
 }
-
 }  // namespace tapestry::scenes

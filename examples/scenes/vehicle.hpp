@@ -1,10 +1,8 @@
 #pragma once
 #include <tapestry/raster/mesh_pictures.hpp>
-
 #include "mesh_builder.hpp"
 
 namespace tapestry::scenes {
-
 struct CarTexture {
   std::vector<std::uint8_t> faces;  ///< one entry a face, 1 where it shows
   raster::TextureLayout layout{};
@@ -37,5 +35,4 @@ void add_texture(Vehicle& vehicle, const Array<std::uint8_t, 3>& picture,
 
 /// The camera of a scene, as it sees the vehicle's mesh in the units that it had before.
 [[nodiscard]] geometry::Camera camera_of_mesh(const Vehicle& vehicle, geometry::Camera camera);
-
 }  // namespace tapestry::scenes

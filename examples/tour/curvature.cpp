@@ -3,8 +3,6 @@
 // beside gradient descent at equal cost. Takes an .onnx or a .weights file, the latter with its .cfg beside
 // it.
 #include <Eigen/Eigenvalues>
-#include <cstdio>
-#include <filesystem>
 #include <tapestry/autodiff/array_derivatives.hpp>
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/image/over.hpp>

@@ -1,7 +1,6 @@
 // Fits y = a·exp(−b·t) + c to measured points by Newton's method: gradient and exact Hessian of the squared
 // error.
 #include <Eigen/Cholesky>
-#include <cmath>
 #include <cstdio>
 #include <tapestry/autodiff.hpp>
 

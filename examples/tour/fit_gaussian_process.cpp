@@ -1,8 +1,6 @@
 // Fits a Gaussian process to noisy measurements of a curve: how far the curve varies, over what length, and
 // how noisy the measurements are, by the greatest likelihood. Matrices of variables are solved and have
 // determinants as one record each; Eigen alone would record each of their n³ / 3 multiplications.
-#include <Eigen/Core>
-#include <cmath>
 #include <cstdio>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/matrix/determinant.hpp>

@@ -1,7 +1,6 @@
 // Saves the gradient of a detector's surest score with respect to a photograph as a picture: the pixels that
 // decide it. Takes an .onnx or a .weights file, the latter with its .cfg beside it, and a photograph.
 #include <cstdio>
-#include <filesystem>
 #include <tapestry/detect/box_decode_variable.hpp>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/read_detector.hpp>

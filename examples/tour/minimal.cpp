@@ -1,5 +1,4 @@
 // One tape; a scalar, an array, and an operation of our own with its pullback.
-#include <cmath>
 #include <cstdio>
 #include <tapestry/autodiff/array_functions.hpp>
 

@@ -1,6 +1,5 @@
 // Minimises Rosenbrock's valley in many dimensions by Newton's method. Conjugate gradients find each step
 // from Hessian-vector products alone: no Hessian is ever stored.
-#include <cmath>
 #include <cstdio>
 #include <tapestry/autodiff.hpp>
 

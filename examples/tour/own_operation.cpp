@@ -1,8 +1,4 @@
 // An operation of our own with its pullback, in five lines, and the check of it that everyone should make.
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <numeric>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/gradient_check.hpp>
 

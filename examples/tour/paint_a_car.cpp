@@ -1,7 +1,6 @@
 // Paints a car so that a detector loses it: the whole pipeline on the tape, step by step.
 #include <cstdio>
 #include <tapestry/detect/detector_variable.hpp>
-#include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/obj_file.hpp>
@@ -18,8 +17,7 @@ int main() {
       io::read_detector<float>({.weights = assets + "detector.weights", .config = assets + "detector.cfg"});
   const auto car = raster::painted(io::read_obj(assets + "car_sedan.obj").mesh, {.material = "body"});
 
-  // Constants: for each photograph the map from paint to picture, the background, and the place of
-  // the car.
+  // Constants: for each photograph the map from paint to picture, the background, and the place of the car.
   std::vector<std::shared_ptr<const raster::CompactOperator<float>>> views;
   std::vector<image::Backdrop<float>> backdrops;
   std::vector<loss::Target> targets;

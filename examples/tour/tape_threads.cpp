@@ -1,6 +1,5 @@
 // A tape for each thread: the gradient of a loss over many samples, in parts that are added in a fixed order,
 // so that any number of threads gives the same bits.
-#include <cmath>
 #include <cstdio>
 #include <tapestry/autodiff.hpp>
 #include <tapestry/core/parallel.hpp>

@@ -3,12 +3,9 @@
 // input, a line each. So both compute the same.
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <numbers>
-#include <optional>
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/evaluate/meter.hpp>
-#include <tapestry/image/resize.hpp>
 #include <tapestry/io/obj_file.hpp>
 #include <tapestry/io/read_detector.hpp>
 #include <tapestry/raster/painted.hpp>

@@ -20,7 +20,6 @@ namespace odeint = boost::numeric::odeint;
 using tapestry::Variable, tapestry::test::ActiveTape;
 
 namespace {
-
 /// Value and slope of f at x, which also comes as a formula.
 struct Expected {
   double value, slope;
@@ -37,7 +36,6 @@ void check(const char* name, Function f, double at, const Expected& expected) {
   CHECK(of_formula.value() == y.value());
   CHECK(x.adjoint() == Approx(2 * expected.slope).epsilon(1e-12));
 }
-
 }  // namespace
 
 TEST_CASE("functions of Boost.Math take variables and formulas of them", "[autodiff][boost]") {

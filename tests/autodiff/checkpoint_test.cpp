@@ -1,5 +1,4 @@
 #include <tapestry/autodiff.hpp>
-#include <tapestry/autodiff/checkpoint.hpp>
 #include <tapestry/autodiff/checkpointed_scan.hpp>
 
 #include "../support/active_tape.hpp"

@@ -3,7 +3,6 @@
 #include <tapestry/autodiff.hpp>
 #include <tapestry/autodiff/array_derivatives.hpp>
 #include <tapestry/autodiff/checkpoint.hpp>
-#include <tapestry/autodiff/record.hpp>
 
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"

@@ -1,5 +1,4 @@
 #include <tapestry/autodiff/gradient_check.hpp>
-#include <tapestry/autodiff/record.hpp>
 
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"

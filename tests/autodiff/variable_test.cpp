@@ -1,5 +1,4 @@
 #include <tapestry/autodiff/functions.hpp>
-#include <tapestry/autodiff/variable.hpp>
 
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"

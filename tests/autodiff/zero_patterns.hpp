@@ -8,7 +8,6 @@
 /// Solves of systems with every pattern of zeros, on the tape and in duals, against Gauss elimination in
 /// duals.
 namespace tapestry::test {
-
 /// A x = b of n equations. The inputs are the entries of A, row by row, and those of b if it is active.
 struct System {
   Eigen::Index n;
@@ -179,5 +178,4 @@ inline std::vector<System> diagonal_systems(const std::array<double, 9>& numbers
     return true;
   });
 }
-
 }  // namespace tapestry::test

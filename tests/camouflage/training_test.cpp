@@ -1,6 +1,5 @@
 #include <barrier>
 #include <tapestry/camouflage/run_state.hpp>
-#include <tapestry/camouflage/training.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
 #include "../support/active_tape.hpp"

@@ -1,6 +1,5 @@
 #include <tapestry/core/finite.hpp>
 
-#include <limits>
 #include <vector>
 
 #include "../support/catch.hpp"

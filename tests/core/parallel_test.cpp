@@ -1,11 +1,8 @@
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/parallel.hpp>
-#include <tapestry/core/platform/memory.hpp>
 
 #include <chrono>
 #include <set>
 
-#include "../support/catch.hpp"
 #include "../support/threads.hpp"
 
 using tapestry::test::Threads;

@@ -3,9 +3,7 @@
 
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
-#include <limits>
 
 #include "../support/catch.hpp"
 

@@ -1,6 +1,5 @@
 #include <tapestry/core/pool.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/threads.hpp"
 
 using Pool = tapestry::Pool<std::vector<std::size_t>>;

@@ -1,5 +1,4 @@
 #include <tapestry/detect/box_decode.hpp>
-#include <tapestry/detect/box_overlap.hpp>
 
 #include "../support/catch.hpp"
 

@@ -11,7 +11,6 @@ using namespace tapestry;
 using namespace tapestry::test;
 
 namespace {
-
 /// Changes every weight a little, as a step of learning does.
 void stir(detect::Detector<float>& detector) {
   auto weights = detector.weights();
@@ -27,7 +26,6 @@ std::string written(const detect::Detector<float>& detector, const std::string& 
 std::vector<Array<float, 4>> logits_of(const detect::Detector<float>& detector) {
   return detect::forward(detector, pictures<float>(1, 64));
 }
-
 }  // namespace
 
 TEST_CASE("the gradient of a graph's weights on the tape agrees with central differences",

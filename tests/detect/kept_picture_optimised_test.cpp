@@ -1,5 +1,4 @@
 #include <tapestry/detect/detector_variable.hpp>
-#include <tapestry/detect/kept_picture.hpp>
 #include <tapestry/io/darknet/model_file.hpp>
 
 #include "../support/active_tape.hpp"

@@ -77,7 +77,6 @@ void require_slope(const detect::Detector<double>& detector, const Array<double,
   };
   CHECK((at(h) - at(-h)) / (2 * h) == Approx(length).epsilon(tolerance));
 }
-
 }  // namespace
 
 TEST_CASE("candidates of a whole SSD, before its suppression, give the framework's boxes and scores",

@@ -7,7 +7,6 @@ using namespace tapestry;
 using namespace tapestry::test;
 
 namespace {
-
 using Logits = std::vector<Array<float, 4>>;
 
 loss::Predictions<float> predictions(const TinyHeads& heads, const Logits& logits, std::size_t image) {
@@ -31,7 +30,6 @@ Logits silent(const TinyHeads& heads) {
   for (auto& head : logits) std::fill(head.storage().begin(), head.storage().end(), -20.0F);
   return logits;
 }
-
 }  // namespace
 
 TEST_CASE("the best confidence is that of one candidate worked out by hand", "[evaluate][best_confidence]") {

@@ -6,7 +6,6 @@
 using namespace tapestry;
 
 namespace {
-
 detect::Detection detection(std::size_t class_index, const detect::Box& box) {
   detect::Detection made{};
   made.class_index = class_index;
@@ -16,7 +15,6 @@ detect::Detection detection(std::size_t class_index, const detect::Box& box) {
 }
 
 const loss::Target car{2, {10, 10, 4, 4}};
-
 }  // namespace
 
 TEST_CASE("a target is found by its class with an overlap of one half", "[evaluate]") {

@@ -6,14 +6,12 @@ namespace evaluate = tapestry::evaluate;
 using evaluate::Fate, tapestry::detect::Detection;
 
 namespace {
-
 const tapestry::loss::Target car{2, {50, 50, 20, 10}};
 
 /// A detection beside the car: shifted by a share of its width, the IoU is (1 − shift) / (1 + shift).
 Detection detection(std::size_t class_index, double confidence, double shift) {
   return {class_index, confidence, confidence, {50 + 20 * shift, 50, 20, 10}, 0, 0};
 }
-
 }  // namespace
 
 TEST_CASE("the fate of a car is the best thing that a detection says of it", "[evaluate][fate]") {

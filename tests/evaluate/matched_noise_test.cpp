@@ -7,7 +7,6 @@
 using namespace tapestry;
 
 namespace {
-
 bool in_ellipse(std::size_t row, std::size_t column) {
   const double y = (static_cast<double>(row) - 15.5) / 16, x = (static_cast<double>(column) - 23.5) / 24;
   return x * x + y * y < 1;
@@ -38,7 +37,6 @@ void check_noise(const raster::TextureChart& chart, std::uint64_t seed, std::siz
     CHECK(std::abs(test::correlation(noise, c, noise, (c + 1) % 3, chart) -
                    test::correlation(colours, c, colours, (c + 1) % 3, chart)) < correlation);
 }
-
 }  // namespace
 
 TEST_CASE("matched noise of a full box has its values exactly, and its spectrum nearly",

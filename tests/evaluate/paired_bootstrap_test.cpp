@@ -5,7 +5,6 @@
 using namespace tapestry;
 
 namespace {
-
 std::vector<double> zeros_like(const std::vector<double>& values) {
   return std::vector<double>(values.size(), 0.0);
 }
@@ -31,7 +30,6 @@ double coverage(std::size_t trials, std::uint64_t seed, double truth, Draw inter
   }
   return static_cast<double>(covered) / static_cast<double>(trials);
 }
-
 }  // namespace
 
 TEST_CASE("the normal quantile is the inverse of the distribution function", "[evaluate][paired_bootstrap]") {
@@ -244,7 +242,6 @@ TEST_CASE("a paired bootstrap refuses what does not fit", "[evaluate][paired_boo
 }
 
 namespace {
-
 /// Outcomes of pairs: both, the first alone, the second alone, neither.
 std::array<std::vector<bool>, 2> pairs_of(const std::array<std::size_t, 4>& counts) {
   std::array<std::vector<bool>, 2> pairs;
@@ -254,7 +251,6 @@ std::array<std::vector<bool>, 2> pairs_of(const std::array<std::size_t, 4>& coun
   }
   return pairs;
 }
-
 }  // namespace
 
 TEST_CASE("the difference of two rates has Newcombe's interval", "[evaluate][paired_bootstrap]") {

@@ -7,7 +7,6 @@
 using namespace tapestry;
 
 namespace {
-
 constexpr std::size_t side = 96;
 
 camouflage::View<float> tiny_view(image::ColourSpace space, std::size_t number = 1) {
@@ -56,7 +55,6 @@ ShownPaint shown_paint(const camouflage::View<float>& view, const camouflage::Pa
   std::copy(values.begin(), values.end(), shown.colours.begin());
   return shown;
 }
-
 }  // namespace
 
 TEST_CASE("noise in a picture has the paint's values there, in the same light", "[evaluate][picture_noise]") {

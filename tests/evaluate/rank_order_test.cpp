@@ -2,8 +2,6 @@
 #include <tapestry/evaluate/detail/rank_order.hpp>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "../support/catch.hpp"
 

@@ -9,7 +9,6 @@
 using namespace tapestry;
 
 namespace {
-
 /// Texels i = 0, 1, … of the colour (i, i/100, 0), so that each is unique.
 Array<float, 2> numbered(std::size_t count) {
   Array<float, 2> colours(Extents<2>{count, 3});
@@ -31,7 +30,6 @@ std::vector<std::size_t> sources(const Array<float, 2>& colours) {
   }
   return numbers;
 }
-
 }  // namespace
 
 TEST_CASE("patches of a chart change places as a whole", "[evaluate][shuffled_patches]") {

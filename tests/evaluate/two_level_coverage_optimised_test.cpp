@@ -6,7 +6,6 @@
 using namespace tapestry;
 
 namespace {
-
 /// A car is found by a logistic model: logits of views (control and paint share a part of them), of seeds,
 /// and of draws of the control.
 struct Population {
@@ -108,7 +107,6 @@ Coverage coverage(const Population& all, const Layout& layout, std::size_t trial
   }
   return held;
 }
-
 }  // namespace
 
 TEST_CASE("effects and odds near the ends of the scale hold the truth in 93 to 97 %",

@@ -6,7 +6,6 @@
 using namespace tapestry;
 
 namespace {
-
 const double infinity = std::numeric_limits<double>::infinity();
 const double z = 1.959963984540054;                        // normal quantile at 0.975
 const double t_1 = std::tan(std::numbers::pi * 0.95 / 2);  // Student's with one degree of freedom
@@ -40,7 +39,6 @@ evaluate::PairedDifference over_views(const Array<double, 2>& differences) {
   const auto means = means_over_draws(differences);
   return evaluate::paired_bootstrap(means, std::vector<double>(means.size()));
 }
-
 }  // namespace
 
 TEST_CASE("Student's quantiles are those of tables", "[evaluate][two_level]") {

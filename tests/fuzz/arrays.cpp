@@ -1,7 +1,6 @@
 // NumPy's arrays and archives of them, and the frames and checkpoints that are such archives.
 
 #include <tapestry/camouflage/run_state.hpp>
-#include <tapestry/io/detail/zip_archive.hpp>
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/io/npy.hpp>
 

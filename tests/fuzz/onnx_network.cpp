@@ -1,5 +1,4 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
-#include <tapestry/nn/network/network.hpp>
 
 #include "../support/onnx_builder.hpp"
 #include "target.hpp"

@@ -5,7 +5,6 @@
 #include "../support/temporary_folder.hpp"
 
 namespace tapestry::fuzz {
-
 /// The folder of the files that readers are given, which vanishes with the process.
 inline const test::TemporaryFolder& folder() {
   static const test::TemporaryFolder own;
@@ -51,5 +50,4 @@ inline void read_both(const Target& target, const std::string& bytes) {
   (void)is_taken(target, bytes);
   if (target.repair) (void)is_taken(target, target.repair(bytes));
 }
-
 }  // namespace tapestry::fuzz

@@ -1,7 +1,6 @@
 // JSON and files in JSON, labels of pictures, a run's manifest, and options in a file.
 #include <tapestry/evaluate/dataset/readers.hpp>
 #include <tapestry/io/detector_file.hpp>
-#include <tapestry/io/json.hpp>
 #include <tapestry/io/text_lists.hpp>
 
 #include "../../examples/programs/shell/config_file.hpp"

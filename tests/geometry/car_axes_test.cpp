@@ -6,7 +6,6 @@ namespace geometry = tapestry::geometry;
 using geometry::Mesh, geometry::MeshAxes, geometry::Vector3;
 
 namespace {
-
 void add_box(Mesh& mesh, const Vector3& low, const Vector3& high) {
   const auto first = static_cast<std::int32_t>(mesh.positions.size());
   for (std::size_t i = 0; i < 8; ++i)
@@ -39,7 +38,6 @@ Mesh stored(const MeshAxes& axes) {
 }
 
 const std::array<std::string, 6> names{"x", "y", "z", "-x", "-y", "-z"};
-
 }  // namespace
 
 TEST_CASE("a truck with any axes is right by them, and righted where it is taken for one with z up",

@@ -6,7 +6,6 @@ namespace geometry = tapestry::geometry;
 using geometry::Mesh, geometry::MeshAxes, geometry::Vector3;
 
 namespace {
-
 /// A point 4 to the front, 2 to the left and 1 up of a car whose file has these axes, with that as its
 /// normal.
 Mesh one_point(const Vector3& forward, const Vector3& left, const Vector3& up) {
@@ -16,7 +15,6 @@ Mesh one_point(const Vector3& forward, const Vector3& left, const Vector3& up) {
         geometry::add(geometry::add(geometry::scale(forward, 4), geometry::scale(left, 2)), up));
   return mesh;
 }
-
 }  // namespace
 
 TEST_CASE("front, left and up of a mesh with any axes become x, y and z", "[geometry][mesh_axes]") {

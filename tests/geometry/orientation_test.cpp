@@ -1,6 +1,5 @@
 #include <tapestry/geometry/point_columns.hpp>
 
-#include <limits>
 #include <random>
 
 #include "../support/catch.hpp"

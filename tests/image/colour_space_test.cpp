@@ -1,5 +1,4 @@
 #include <tapestry/image/batch.hpp>
-#include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over.hpp>
 
 #include "../support/active_tape.hpp"

@@ -8,7 +8,6 @@ namespace image = tapestry::image;
 using FourierTransform = image::FourierTransform<double>;
 
 namespace {
-
 FourierTransform::Plane random_plane(std::size_t size, std::uint64_t seed) {
   tapestry::Random random(seed);
   FourierTransform::Plane plane(size);
@@ -32,7 +31,6 @@ std::complex<double> by_definition(const FourierTransform::Plane& plane, std::si
 const std::vector<std::array<std::size_t, 2>> extents{{1, 1},   {1, 2},  {2, 1},   {1, 7},  {5, 1},
                                                       {3, 4},   {4, 8},  {6, 6},   {7, 13}, {8, 10},
                                                       {11, 17}, {16, 9}, {35, 18}, {18, 35}};
-
 }  // namespace
 
 TEST_CASE("a Fourier transform equals its definition", "[image][fourier_transform]") {

@@ -54,7 +54,6 @@ std::vector<T> logits_of(const detect::DarknetModel<T>& network, std::uint64_t s
     logits.insert(logits.end(), head.data(), head.data() + head.size());
   return logits;
 }
-
 }  // namespace
 
 TEST_CASE("a converted detector has the bits of its weights", "[io][detector_file]") {

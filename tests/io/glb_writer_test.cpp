@@ -90,7 +90,6 @@ struct Glb {
     return result;
   }
 };
-
 }  // namespace
 
 TEST_CASE("a painted mesh as .glb has all that a viewer needs", "[io][glb]") {

@@ -1,6 +1,5 @@
 #include <tapestry/io/detail/bmp_file.hpp>
 #include <tapestry/io/detail/pnm_file.hpp>
-#include <tapestry/io/image_file.hpp>
 #include <tapestry/io/jpeg_file.hpp>
 
 #include "../support/bmp_builder.hpp"

@@ -45,7 +45,6 @@ TEST_CASE("the real car is read as tinyobjloader reads it", "[io][obj]") {
 }
 
 namespace {
-
 /// Reads an OBJ with tinyobjloader.
 struct TinyObj {
   tinyobj::attrib_t attributes;
@@ -67,7 +66,6 @@ struct TinyObj {
 const std::string two_shapes =
     "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0.5\nvt 0 0\nvt 1 0.25\nvt 1 1\nvn 0 0 2\n"
     "o hood\nusemtl body\nf 1/1/1 2/2/1 3/3/1\no roof\nf 1/1 3 4\n";
-
 }  // namespace
 
 TEST_CASE("what tinyobjloader has read becomes the mesh that our reader makes", "[io][obj]") {
@@ -105,7 +103,6 @@ TEST_CASE("mesh_of refuses polygons, indices outside their lists and no faces", 
 }
 
 namespace {
-
 /// A corner of a polygon: position, texture coordinate and normal, -1 for none.
 using PolygonCorner = std::array<int, 3>;
 
@@ -369,7 +366,6 @@ std::vector<OddPolygon> without_undefined(std::vector<OddPolygon> polygons) {
     if (polygon.material == "absent" || polygon.material == "two words") polygon.material.clear();
   return polygons;
 }
-
 }  // namespace
 
 TEST_CASE("odd OBJ files are read as defined, and as tinyobjloader reads them, or refused for a reason",

@@ -43,7 +43,6 @@ void require_only(const std::string& path, const std::string& right, bool needs_
                contains(right.empty() ? "its layers fit no family" : "its layers fit --detector " + right));
   }
 }
-
 }  // namespace
 
 TEST_CASE("a wrong word is refused for every real detector",

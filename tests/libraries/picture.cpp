@@ -1,8 +1,6 @@
 #include <cstddef>
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/image/batch.hpp>
-#include <vector>
 
 // A shared library that hides its symbols and links tapestry::compiled. Two of these are made.
 extern "C" {

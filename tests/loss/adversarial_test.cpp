@@ -7,7 +7,6 @@ using namespace tapestry;
 using detect::DecodeFamily, loss::AdversarialLoss;
 
 namespace {
-
 constexpr std::size_t input_height = 64, input_width = 96, classes = 3;
 constexpr std::size_t objectness = 4, of_class_0 = 5;  // channels of a candidate of heads with anchors
 const std::vector<AdversarialLoss> all_kinds{AdversarialLoss::paper, AdversarialLoss::as_coded,
@@ -68,7 +67,6 @@ void predict(const std::vector<detect::Head>& heads, Logits<double>& logits, con
 }
 
 const loss::Target car{0, {50.0, 30.0, 26.0, 17.0}};
-
 }  // namespace
 
 TEST_CASE("the paper's loss adds IoU, objectness and class probability of each scale",

@@ -10,7 +10,6 @@ using namespace tapestry::test;
 using loss::AdversarialLoss;
 
 namespace {
-
 const std::vector<loss::Target> cars{{0, {50, 30, 26, 17}}, {2, {20, 40, 30, 22}}, {1, {70, 20, 12, 12}}};
 const loss::AdversarialWeights weights{0.7, 1.3, 0.9, 1.1};
 
@@ -45,7 +44,6 @@ Logits<T> gradient_of_mixed(const Logits<T>& logits, AdversarialLoss kind) {
   tape.reverse(mixed(loss::adversarial(TinyHeads(), variables, cars, kind, weights)));
   return adjoints(variables);
 }
-
 }  // namespace
 
 TEST_CASE("adversarial on the tape is the mean of the images' losses, bit for bit", "[loss][tape]") {

@@ -10,7 +10,6 @@ using namespace tapestry::test;
 using detect::DecodeFamily;
 
 namespace {
-
 using Logits = std::vector<Array<double, 4>>;
 using Found = std::map<std::tuple<std::size_t, std::size_t, std::size_t>, std::size_t>;  // cell to truth
 
@@ -99,7 +98,6 @@ Found table_of_costs(const TinyHeads& detector, const Logits& logits,
         found[cells[c].place] = i;
   return found;
 }
-
 }  // namespace
 
 TEST_CASE("dynamic_matches are those of the full table of costs", "[loss][dynamic_match]") {

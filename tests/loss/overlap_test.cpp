@@ -8,7 +8,6 @@ using namespace tapestry;
 using detect::Box;
 
 namespace {
-
 Box box_of(const Array<double, 1>& values) { return {values(0), values(1), values(2), values(3)}; }
 
 double along(const Box& gradient, const Array<double, 1>& direction) {
@@ -19,7 +18,6 @@ double along(const Box& gradient, const Array<double, 1>& direction) {
 bool is_zero(const Box& box) { return box.cx == 0 && box.cy == 0 && box.w == 0 && box.h == 0; }
 
 const Box target{3.0, 2.0, 2.0, 1.0};
-
 }  // namespace
 
 TEST_CASE("iou_with_gradient equals the area shared worked out by hand", "[loss][overlap]") {

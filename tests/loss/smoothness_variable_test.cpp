@@ -1,7 +1,5 @@
 #include <tapestry/loss/smoothness.hpp>
 
-#include <tapestry/autodiff/array_functions.hpp>
-
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"

@@ -6,7 +6,6 @@ using namespace tapestry;
 using detect::DecodeFamily;
 
 namespace {
-
 constexpr std::size_t size = 64, classes = 2;
 using Logits = std::vector<Array<double, 4>>;
 
@@ -34,7 +33,6 @@ Logits logits_of(const std::vector<detect::Head>& heads, std::uint64_t seed, std
 }
 
 const loss::Truths two_images{{{0, {33, 20, 28, 22}}, {1, {10, 50, 9, 7}}}, {{1, {40, 41, 13, 11}}}};
-
 }  // namespace
 
 TEST_CASE("yolo_training at logits 0 equals the terms worked out by hand", "[loss][yolo_training]") {

@@ -9,7 +9,6 @@ using namespace tapestry::test;
 using detect::DecodeFamily;
 
 namespace {
-
 using Logits = std::vector<Array<double, 4>>;
 const std::size_t height = TinyHeads::input_height(), width = TinyHeads::input_width();
 const loss::Truths two_images{{{0, {33, 20, 28, 22}}, {1, {10, 50, 9, 7}}}, {{2, {40, 41, 13, 11}}}};
@@ -34,7 +33,6 @@ Logits adjoint_of(const TinyHeads& detector, const Logits& logits, const loss::D
 }
 
 const double once = std::log(2.0);
-
 }  // namespace
 
 TEST_CASE("yolox_training at logits 0 equals the terms worked out by hand", "[loss][yolox_training]") {

@@ -1,5 +1,4 @@
 #include <tapestry/nn/detail/convolution_weight_adjoint.hpp>
-#include <tapestry/nn/detail/convolution_window.hpp>
 #include <tapestry/nn/engine.hpp>
 
 #include "../support/random_buffer.hpp"

@@ -9,7 +9,6 @@ namespace nn = tapestry::nn;
 using tapestry::test::random_buffer;
 
 namespace {
-
 [[nodiscard]] bool bit(const std::vector<std::uint8_t>& bits, std::size_t i) {
   return (bits[i / 8] >> i % 8 & 1) != 0;
 }

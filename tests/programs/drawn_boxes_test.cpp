@@ -1,6 +1,5 @@
 #include <set>
 
-#include "../../examples/programs/shell/drawn_boxes.hpp"
 #include "../../examples/programs/shell/picture_sheet.hpp"
 #include "../support/catch.hpp"
 

@@ -1,7 +1,5 @@
 #include "../../examples/programs/shell/report.hpp"
 
-#include <tapestry/io/json.hpp>
-
 #include "../support/catch.hpp"
 
 namespace shell = tapestry::shell;

@@ -8,7 +8,6 @@ using namespace tapestry;
 using geometry::Camera, geometry::Mesh, raster::TextureKind, raster::TextureLayout;
 
 namespace {
-
 /// A square of two faces over the whole picture, its uv span the picture, and a third
 /// face beside it without uv.
 Mesh screen() {
@@ -42,7 +41,6 @@ Array<double, 3> picture_of(const Mesh& mesh, const TextureLayout& layout, const
       raster::texture_operator<double>({mesh, painted, layout}, Camera{}, 40, 40, raster::Unlit{}, 2),
       texels);
 }
-
 }  // namespace
 
 TEST_CASE("cubes baked from an atlas hold its colours at their barycentric coordinates", "[raster][bake]") {

@@ -10,7 +10,6 @@
 using tapestry::Array;
 
 namespace {
-
 /// First and last row and column of the pixels above 0.
 std::array<long, 4> box_of(const Array<float, 2>& mask) {
   std::array<long, 4> box{1L << 30, -1, 1L << 30, -1};
@@ -33,7 +32,6 @@ double overlap(const Array<float, 2>& a, const Array<float, 2>& b) {
   }
   return static_cast<double>(both) / static_cast<double>(std::max<std::size_t>(either, 1));
 }
-
 }  // namespace
 
 TEST_CASE("the CARLA camera reproduces the published masks", "[raster][carla]") {

@@ -14,7 +14,6 @@ using namespace tapestry::test;
 using geometry::Camera, geometry::Vector3;
 
 namespace {
-
 constexpr double pi = std::numbers::pi;
 const Vector3 up{0, 0, 1};
 
@@ -48,7 +47,6 @@ raster::PaintedMesh some_body(const raster::TextureLayout& layout) {
   for (std::size_t face = 0; face < body.painted.size(); face += 4) body.painted[face] = 0;
   return body;
 }
-
 }  // namespace
 
 TEST_CASE("the facets of a GGX surface project to its area", "[raster][clear_coat]") {

@@ -8,13 +8,11 @@ using tapestry::geometry::Camera, tapestry::geometry::Mesh, tapestry::geometry::
     tapestry::test::triangle_soup;
 
 namespace {
-
 /// A right triangle at depth 1 whose short sides are so many pixels of a picture of 64.
 Mesh triangle_of(double side_px) {
   const double side = side_px / 32;
   return triangle_soup({{Vector3{0, 0, 1}, Vector3{side, 0, 1}, Vector3{0, side, 1}}});
 }
-
 }  // namespace
 
 TEST_CASE("the median edge is that of the picture", "[raster][coverage_rate]") {

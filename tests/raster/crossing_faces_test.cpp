@@ -8,7 +8,6 @@ using namespace tapestry::test;
 using geometry::Mesh, geometry::Vector3, raster::FacePair;
 
 namespace {
-
 /// Crossings in a picture of one pixel that shows all faces.
 std::vector<FacePair> crossings_of(const Mesh& mesh) {
   raster::SeenFaces seen(1, 1, 1);
@@ -49,7 +48,6 @@ Mesh triangles_of_many_sizes(std::size_t count, std::uint64_t seed, double least
   }
   return triangle_soup(triangles);
 }
-
 }  // namespace
 
 TEST_CASE("every pair of faces that cut each other is found, and few others", "[raster][crossing_faces]") {

@@ -11,7 +11,6 @@ using namespace tapestry::test;
 using geometry::Camera, geometry::Mesh, geometry::Vector3;
 
 namespace {
-
 struct RandomView {
   Mesh mesh;
   Camera camera;
@@ -282,7 +281,6 @@ std::string written(const RandomView& view, std::uint64_t seed) {
   }
   return line.str();
 }
-
 }  // namespace
 
 TEST_CASE("random views show what plain loops find, transpose, and have no gradient beyond a finer grid's",

@@ -8,7 +8,6 @@ namespace raster = tapestry::raster;
 using tapestry::geometry::Camera, tapestry::geometry::Mesh, tapestry::geometry::Vector3;
 
 namespace {
-
 /// Σ b·q over the corners of a face.
 Vector3 point_of(const Mesh& mesh, const raster::Fragment& fragment) {
   Vector3 point{};
@@ -19,7 +18,6 @@ Vector3 point_of(const Mesh& mesh, const raster::Fragment& fragment) {
   }
   return point;
 }
-
 }  // namespace
 
 TEST_CASE("barycentrics are those of the ray's point on the face, near plane or not",

@@ -9,7 +9,6 @@ using namespace tapestry::test;
 using geometry::Camera, geometry::Mesh, geometry::Vector3;
 
 namespace {
-
 constexpr std::size_t large = 48;  // pixels, where edges are to be far from each other
 
 template <class Output>
@@ -88,7 +87,6 @@ Picture<Output> weights_off_edges(const Mesh& mesh, const Camera& camera) {
   CHECK(kept > 4);
   return weights;
 }
-
 }  // namespace
 
 TEST_CASE("depth, position and normal of a tilted plane are those of the rays that meet it",

@@ -8,7 +8,6 @@ namespace geometry = tapestry::geometry;
 using tapestry::test::EdgeOnScene;
 
 namespace {
-
 void check_views(const geometry::Mesh& mesh, const std::vector<double>& heights, std::size_t lines) {
   const EdgeOnScene scene(mesh, 256);
   for (const double height : heights)
@@ -17,7 +16,6 @@ void check_views(const geometry::Mesh& mesh, const std::vector<double>& heights,
       for (const double error : scene.errors(height, azimuth, lines)) CHECK(error <= 0.03);
     }
 }
-
 }  // namespace
 
 // Sampled alone, the errors of the box were .15 to .82, of the truck up to .96, of the van up to 1.08.

@@ -13,7 +13,6 @@ using namespace tapestry::test;
 using geometry::Camera, geometry::Mesh, geometry::Vector3, raster::TextureKind;
 
 namespace {
-
 Array<double, 3> picture_of(const Mesh& mesh, const raster::TextureLayout& layout, std::size_t height,
                             std::size_t width, std::uint64_t seed = 1) {
   const auto view = raster::texture_operator<double>({mesh, every_face(mesh), layout}, Camera{}, height,
@@ -50,7 +49,6 @@ Mesh sliced_square() {
   triangles.push_back({low, high, Vector3{-2, 2, 2}});
   return triangle_soup(triangles);
 }
-
 }  // namespace
 
 TEST_CASE("slivers down to 1e-12 of a unit leave no hole, no number that is none, and barycentrics in [0, 1]",

@@ -14,7 +14,6 @@ using namespace tapestry::test;
 using geometry::Camera, geometry::Mesh, geometry::Vector3, raster::TextureFilter, raster::TextureKind;
 
 namespace {
-
 raster::TextureLayout layout_of(std::size_t height, std::size_t width,
                                 TextureFilter filter = TextureFilter::trilinear) {
   return {TextureKind::atlas, height, width, 1, 0, filter};
@@ -26,7 +25,6 @@ Mesh floor_to_the_horizon() {
   for (std::size_t k = 0; k < 3; ++k) mesh.uvs[k] = {mesh.positions[k][0] / 2, mesh.positions[k][2] / 2};
   return mesh;
 }
-
 }  // namespace
 
 TEST_CASE("a pyramid's texels are means of the areas that they cover", "[raster][mip_pyramid]") {
@@ -59,7 +57,6 @@ TEST_CASE("the top of a pyramid is the mean, for any size", "[raster][mip_pyrami
 }
 
 namespace {
-
 /// About half of the texels, in patches, and none of the last three rows.
 Array<double, 2> patches(std::size_t height, std::size_t width) {
   auto used = tapestry::zeros<double, 2>({height, width});
@@ -73,7 +70,6 @@ struct Size {
   std::size_t height, width;
 };
 const std::vector<Size> sizes{{1, 1}, {1, 9}, {9, 14}, {8, 16}, {7, 13}, {64, 3}, {33, 31}};
-
 }  // namespace
 
 TEST_CASE("the adjoint of a pyramid is its transpose, whatever is used", "[raster][mip_pyramid][gradient]") {
@@ -277,7 +273,6 @@ TEST_CASE("lookups of a filter weigh 1, and meet the opposite border only where 
 }
 
 namespace {
-
 /// Texel [0, size − 1] and share of the next along an axis of a repeated atlas, the coordinate moved by steps
 /// of 1. Lookups do not reach over the border.
 std::array<double, 2> texel_and_share(double coordinate, double size) {
@@ -310,7 +305,6 @@ Mesh filled_frame(double u, double v, double span) {
     mesh.uvs[i] = {u + (mesh.positions[i][0] > 0 ? span : 0), v + (mesh.positions[i][1] < 0 ? span : 0)};
   return mesh;
 }
-
 }  // namespace
 
 TEST_CASE("an atlas repeats between any two integers of uv, by any filter", "[raster][atlas_filter]") {

@@ -8,14 +8,12 @@
 
 using namespace tapestry;
 namespace {
-
 raster::NeutralCoat coat(double exponent, double radiance) {
   return {exponent, raster::uniform_sky(radiance), 0};
 }
 
 const geometry::Camera camera = geometry::look_at({6, 3, 2}, {0, 0, 0.7}, {0, 0, 1}, 0.4, 0.4);
 constexpr std::size_t side = 32;
-
 }  // namespace
 
 TEST_CASE("a photographed light without a coat has the bits of its sun and sky",

@@ -12,7 +12,6 @@ using namespace tapestry::test;
 using geometry::Camera, geometry::Vector3, raster::RenderInputs;
 
 namespace {
-
 Array<double, 2> array_of(const std::vector<Vector3>& vectors) {
   Array<double, 2> array(Extents<2>{vectors.size(), 3});
   for (std::size_t i = 0; i < array.size(); ++i) array.data()[i] = vectors[i / 3][i % 3];
@@ -84,7 +83,6 @@ void check_wall(const Model& light, const raster::TextureLayout& layout) {
   check("pose", inputs.pose, &Values::pose);
   check("light", inputs.light, &Values::light);
 }
-
 }  // namespace
 
 TEST_CASE("before a wall every derivative agrees with central differences", "[raster][variable][gradient]") {

@@ -17,7 +17,6 @@ using namespace tapestry;
 using geometry::Vector3, raster::PlacedBody;
 
 namespace {
-
 PlacedBody bundled(const std::string& name, const geometry::Pose& pose) {
   PlacedBody placed{{io::read_obj(test::in_sources("examples/assets/" + name)).mesh, {}, test::solid}, pose};
   placed.body.painted.assign(placed.body.mesh.faces.size(), 0);
@@ -29,7 +28,6 @@ raster::Scene two_cars() {
   return raster::scene_of(
       {bundled("car_sedan.obj", {}), bundled("van.obj", {{0, 0, 0.5 * std::numbers::pi}, {4.5, 0.6, 0}})});
 }
-
 }  // namespace
 
 TEST_CASE("two cars that hide each other look as a brute-force renderer draws them", "[raster][scene]") {

@@ -16,7 +16,6 @@ using namespace tapestry;
 using geometry::Mesh, geometry::Vector3;
 
 namespace {
-
 constexpr std::size_t size = 48;
 constexpr double distance = 1.5;
 
@@ -100,7 +99,6 @@ std::array<Score, 2> score(const Array<double, 2>& positions_adjoint, const Arra
   }
   return scores;
 }
-
 }  // namespace
 
 TEST_CASE("through silhouettes, positions and pose have the gradient of a supersampled picture",

@@ -10,7 +10,6 @@ using namespace tapestry::test;
 using geometry::Camera, geometry::Mesh, geometry::Vector3;
 
 namespace {
-
 /// A square over the whole picture, and before it a face that is 2·half_width px wide, by the grid of 4 x 4
 /// samples placed so that it still owns a column of samples: coordinates are rounded to 1/256 of a sample,
 /// the face's left edge falls on the samples' centres and its third corner beside it.
@@ -35,7 +34,6 @@ void check_largest(const Gradient& gradient) {
     CHECK(largest_component(gradient(samples)) <= 3 * finest);
   }
 }
-
 }  // namespace
 
 // The sliver owns the samples of one column in the grid of 4 x 4, and none in any other grid.

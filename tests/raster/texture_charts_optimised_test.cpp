@@ -36,7 +36,6 @@ std::vector<std::size_t> texels_of(const std::vector<raster::TextureChart>& char
   CHECK(texels.size() == count);
   return {texels.begin(), texels.end()};
 }
-
 }  // namespace
 
 TEST_CASE("charts are faces that hang together in uv, by value", "[raster][texture_charts]") {

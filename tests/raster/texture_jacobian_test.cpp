@@ -1,5 +1,4 @@
 #include <tapestry/autodiff/array_derivatives.hpp>
-#include <tapestry/autodiff/record.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
 #include "../support/active_tape.hpp"

@@ -1,9 +1,7 @@
 #include <tapestry/raster/cropped.hpp>
 #include <tapestry/raster/detail/render_textured.hpp>
-#include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
-#include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/paint.hpp"
 #include "../support/random_array.hpp"
@@ -16,7 +14,6 @@ using namespace tapestry::test;
 using geometry::Camera, geometry::Mesh, geometry::Vector3, raster::TextureKind;
 
 namespace {
-
 const raster::Light unlit{1, 0, {0, 0, 1}, {1, 1, 1}};
 
 /// A square of two faces over the whole picture; its uv span the picture.
@@ -35,7 +32,6 @@ Array<T, 2> numbered_texels(std::size_t count) {
   for (std::size_t i = 0; i < texels.size(); ++i) texels.data()[i] = static_cast<T>(i);
   return texels;
 }
-
 }  // namespace
 
 TEST_CASE("an atlas of the picture's size comes out as it is, row 0 on top", "[raster][atlas]") {
@@ -178,7 +174,6 @@ TEST_CASE("light, coverage and material make the picture of a plain texture", "[
 }
 
 namespace {
-
 /// |⟨y, Ax⟩ − ⟨Aᵀy, x⟩| over Σ |y · Ax| of a view's linear map, the pyramid of a filtered atlas included.
 template <class T, class Model>
 double transpose_error(const Mesh& mesh, const raster::TextureLayout& layout, const Model& light,
@@ -209,7 +204,6 @@ double transpose_error(const Mesh& mesh, const raster::TextureLayout& layout, co
     backward += static_cast<double>(gradient.data()[i]) * static_cast<double>(x.data()[i]) / 2;
   return std::abs(forward - backward) / size;
 }
-
 }  // namespace
 
 TEMPLATE_TEST_CASE("render_adjoint is the transpose of render", "[raster][gradient]", float, double) {

@@ -3,7 +3,6 @@
 #include <tapestry/autodiff/array_functions.hpp>
 
 #include "../support/active_tape.hpp"
-#include "../support/catch.hpp"
 #include "../support/finite_difference.hpp"
 #include "../support/paint.hpp"
 #include "../support/random_array.hpp"

@@ -24,7 +24,6 @@ Array<double, 2> sampled(const raster::PaintedMesh& body, int samples) {
     }
   return used;
 }
-
 }  // namespace
 
 TEST_CASE("used_texels equals the texels worked out by hand", "[raster][used_texels]") {

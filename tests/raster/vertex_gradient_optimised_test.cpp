@@ -1,6 +1,5 @@
 #include <tapestry/geometry/pose.hpp>
 #include <tapestry/io/obj_file.hpp>
-#include <tapestry/raster/detail/vertex_gradient.hpp>
 
 #include "../support/brute_force_render.hpp"
 #include "../support/catch.hpp"
@@ -13,7 +12,6 @@ using namespace tapestry::test;
 using geometry::Camera, geometry::Mesh, geometry::Vector3;
 
 namespace {
-
 /// ⟨weights, picture⟩, the picture by brute force with 64 × 64 samples a pixel.
 template <class Model>
 double brute_force_loss(const Scene<Model>& scene, const Array<double, 3>& weights) {
@@ -44,7 +42,6 @@ double error_against_brute_force(const Scene<Model>& scene, const Policy& policy
   }
   return error / size;
 }
-
 }  // namespace
 
 // The reference itself is uncertain by one to four hundredths here: an outline that moves by 0.08 pixels
@@ -169,7 +166,6 @@ TEST_CASE("meshes with unusual edges agree with a brute-force picture",
 }
 
 namespace {
-
 /// A mesh of about length 2 seen from a distance, half-angle 30°.
 struct ScoredView {
   Mesh mesh;
@@ -313,7 +309,6 @@ double largest_component(const ScoredView& view, const Policy& policy) {
   raster::vertex_adjoint(scene.surface(), view.camera, test::scoring_weights(view.size), gradient, policy);
   return test::largest_component(gradient);
 }
-
 }  // namespace
 
 TEST_CASE("in 36 views of ten meshes no component exceeds three times the largest of 8 x 8 samples",

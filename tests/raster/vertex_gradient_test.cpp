@@ -1,5 +1,4 @@
 #include <tapestry/raster/detail/render_textured.hpp>
-#include <tapestry/raster/detail/vertex_gradient.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 
 #include "../support/threads.hpp"

@@ -1,5 +1,4 @@
 #include <tapestry/raster/fragments.hpp>
-#include <tapestry/raster/visibility.hpp>
 
 #include "../support/catch.hpp"
 
@@ -7,7 +6,6 @@ namespace raster = tapestry::raster;
 using tapestry::geometry::Camera, tapestry::geometry::Mesh;
 
 namespace {
-
 constexpr std::size_t cells = 1000;  // along each axis of a wall at z = 2 that fills the picture and more
 
 /// A square wall cut into 1000 × 1000 cells of two faces each, face 2·(row · cells + column) above the
@@ -31,7 +29,6 @@ Mesh wall() {
   }
   return mesh;
 }
-
 }  // namespace
 
 TEST_CASE("two million faces smaller than a pixel: each sample shows the one it lies in",

@@ -9,7 +9,6 @@ using namespace tapestry::test;
 using geometry::Camera, geometry::cross, geometry::dot, geometry::Mesh, geometry::Vector3;
 
 namespace {
-
 using Point = std::array<std::int64_t, 2>;  // column and row in 1/256 px
 
 std::int64_t turn(const Point& a, const Point& b, const Point& c) {
@@ -74,7 +73,6 @@ int hits(const std::array<Vector3, 3>& corner, const Vector3& ray, const Camera&
   if (std::abs(depth - camera.near) < 1e-3 || std::abs(depth - camera.far) < 1e-3) return -1;
   return depth > camera.near && depth < camera.far ? 1 : 0;
 }
-
 }  // namespace
 
 TEST_CASE("every sample of a tessellated quad is owned exactly once", "[raster][visibility]") {

@@ -4,7 +4,6 @@
 #include <tapestry/geometry/mesh.hpp>
 
 namespace tapestry::test {
-
 /// Every sample of every pixel against every face near it, in double, without snapping; shares no code with
 /// the rasteriser.
 ///
@@ -79,5 +78,4 @@ Array<double, 3> brute_force_render(const geometry::Mesh& mesh, const geometry::
   }
   return image;
 }
-
 }  // namespace tapestry::test

@@ -4,7 +4,6 @@
 #include <tapestry/raster/used_texels.hpp>
 
 namespace tapestry::test {
-
 /// The places of a box with inside(row, column), as a chart whose texels begin at number `first`.
 template <class Inside>
 raster::TextureChart chart_of(std::size_t height, std::size_t width, Inside inside, std::size_t first = 0) {
@@ -122,5 +121,4 @@ inline Array<float, 2> white_noise_of(const Array<float, 2>& colours, std::uint6
     for (std::size_t c = 0; c < 3; ++c) white(i, c) = colours(order[i], c);
   return white;
 }
-
 }  // namespace tapestry::test

@@ -4,7 +4,6 @@
 #include <tapestry/geometry/mesh.hpp>
 
 namespace tapestry::test {
-
 /// ⟨weights, picture⟩ of a mesh with a colour at every position, integrated exactly along lines down the
 /// picture, several in each column of pixels. Each line is cut where a face begins or ends, where two faces
 /// cut through each other, and at the borders of pixels; each piece takes the nearest face's colours by
@@ -143,5 +142,4 @@ class ColumnPicture {
   const Array<double, 3>& weights_;
   std::size_t lines_;
 };
-
 }  // namespace tapestry::test

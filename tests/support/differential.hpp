@@ -10,7 +10,6 @@
 #include <string_view>
 
 namespace tapestry::test {
-
 /// Cases of a differential test: one random case a seed, until a budget of seconds is spent.
 ///
 ///   DifferentialRun run("random networks", 20);
@@ -83,5 +82,4 @@ class DifferentialRun {
   std::uint64_t first_ = 1, cases_ = 0;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
-
 }  // namespace tapestry::test

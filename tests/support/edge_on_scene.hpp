@@ -6,7 +6,6 @@
 #include "paint.hpp"
 
 namespace tapestry::test {
-
 /// Adds a closed box of 8 positions.
 inline void add_box(geometry::Mesh& mesh, const geometry::Vector3& low, const geometry::Vector3& high) {
   const auto first = static_cast<std::int32_t>(mesh.positions.size());
@@ -134,5 +133,4 @@ class EdgeOnScene {
   Array<double, 2> colours_;
   Array<double, 3> weights_;
 };
-
 }  // namespace tapestry::test

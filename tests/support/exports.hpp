@@ -6,7 +6,6 @@
 #include "raw_numbers.hpp"
 
 namespace tapestry::test {
-
 /// Calls check(folder) unless the exports are missing.
 template <class Check>
 void with_export(const char* name, Check check) {
@@ -52,5 +51,4 @@ inline void require_results(const std::filesystem::path& folder, const std::vect
   }
   CHECK(there == scores.size());
 }
-
 }  // namespace tapestry::test

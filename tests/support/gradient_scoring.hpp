@@ -7,7 +7,6 @@
 // Score of gradients of pictures: the loss ⟨weights, picture⟩ of a mesh with a colour at every position,
 // which moves in eight ways.
 namespace tapestry::test {
-
 /// Weights of a picture's values that change slowly over it, [size, size, 3].
 [[nodiscard]] inline Array<double, 3> scoring_weights(std::size_t size) {
   Array<double, 3> weights(Extents<3>{size, size, 3});
@@ -52,5 +51,4 @@ inline constexpr std::size_t scoring_motions = 8;
   }
   return motion;
 }
-
 }  // namespace tapestry::test

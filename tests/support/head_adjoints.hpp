@@ -4,7 +4,6 @@
 #include "random_array.hpp"
 
 namespace tapestry::test {
-
 /// Checks each head's adjoint along a random direction against central differences of value(logits).
 /// \param bound  of the error, in tolerances of a central difference
 template <class T, class Value>
@@ -23,5 +22,4 @@ void check_head_adjoints(const std::vector<Array<T, 4>>& adjoint, const std::vec
           bound * central_difference_tolerance(value(logits)));
   }
 }
-
 }  // namespace tapestry::test

@@ -4,7 +4,6 @@
 #include "random_array.hpp"
 
 namespace tapestry::test {
-
 /// A number of the array's scalar, from any formula.
 template <class X, class Formula>
 [[nodiscard]] auto number(const X&, const Formula& formula) {
@@ -62,5 +61,4 @@ template <class Function, std::size_t... Ranks>
   (std::index_sequence_for<Array<double, Ranks>...>());
   return error / std::max(largest, 1e-3);
 }
-
 }  // namespace tapestry::test

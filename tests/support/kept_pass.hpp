@@ -68,5 +68,4 @@ template <class Network, class T>
         }
   return count;
 }
-
 }  // namespace tapestry::test

@@ -1,10 +1,8 @@
 #pragma once
-
 #include "onnx_builder.hpp"
 
 /// Models of a few hundred bytes whose loops grow.
 namespace tapestry::test::onnx {
-
 /// The body of a loop: its nodes, with "i", "go" and "v" as inputs, and as outputs the new
 /// v, then the scanned values.
 inline std::string loop_body(const std::vector<std::string>& nodes, const std::vector<std::string>& results,
@@ -58,5 +56,4 @@ inline std::string scanning_loop(std::int64_t rounds, std::int64_t extent) {
   return looping_model(loop_body({node("Add", {"v", "one"}, {"w"})}, {"w", "w"}), rounds, extent,
                        {"y", "scanned"});
 }
-
 }  // namespace tapestry::test::onnx

@@ -2,7 +2,6 @@
 #include "../../examples/programs/shell/old_detector.hpp"
 
 namespace tapestry::test {
-
 /// A file of this header, in JSON, and these bytes behind it; neither need be sound.
 inline std::string old_file(const std::string& header, const std::string& numbers = "") {
   std::string bytes;
@@ -28,5 +27,4 @@ inline std::string old_numbers(const detect::DarknetModel<float>& model) {
 inline std::string old_detector(const detect::DarknetModel<float>& model, const std::string& cfg) {
   return old_file(old_header(model, cfg).dump(), old_numbers(model));
 }
-
 }  // namespace tapestry::test

@@ -11,7 +11,6 @@
 /// Messages of ONNX files, sound or not, put together from their fields; numbers of fields as in onnx.proto.
 /// Fields are joined by +: a message is the sequence of its fields.
 namespace tapestry::test::onnx {
-
 inline std::string bytes_field(std::uint32_t tag, const std::string& bytes) {
   std::string field;
   protozero::pbf_writer(field).add_bytes(tag, bytes);
@@ -297,5 +296,4 @@ inline ModelParts model_of_many() {
   };
   return parts;
 }
-
 }  // namespace tapestry::test::onnx

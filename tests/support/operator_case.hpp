@@ -7,7 +7,6 @@
 #include "finite_difference.hpp"
 
 namespace tapestry::test {
-
 /// A node of a network's vocabulary with the extents of its operands.
 struct OperatorCase {
   std::string operation;
@@ -201,5 +200,4 @@ inline std::string complaint_of(const OperatorCase& given, nn::ElementType type 
     return place == std::string::npos ? text : text.substr(place + mark.size());
   }
 }
-
 }  // namespace tapestry::test

@@ -5,7 +5,6 @@
 #include "relative_distance.hpp"
 
 namespace tapestry::test {
-
 /// An operand of the operator under test: an input of the network, a constant, or none.
 struct TestOperand {
   enum class Kind { given, constant, left_out };
@@ -208,5 +207,4 @@ inline std::string refusal_of(const OperatorNetwork& test) {
   }
   return "";
 }
-
 }  // namespace tapestry::test

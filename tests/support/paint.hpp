@@ -3,7 +3,6 @@
 #include <tapestry/raster/texture_layout.hpp>
 
 namespace tapestry::test {
-
 // One texture layout of each kind, small, and a light that shows all of its terms.
 inline const auto atlas = raster::atlas_layout(8, 16, 2);
 inline const auto trilinear = raster::atlas_layout(8, 16, 2, raster::TextureFilter::trilinear);
@@ -15,5 +14,4 @@ inline const raster::Light warm{0.3, 0.6, {0.2, -0.4, -1}, {1, 0.8, 0.6}};
 inline std::vector<std::uint8_t> every_face(const geometry::Mesh& mesh) {
   return std::vector<std::uint8_t>(mesh.faces.size(), 1);
 }
-
 }  // namespace tapestry::test

@@ -6,7 +6,6 @@
 #include "catch.hpp"
 
 namespace tapestry::test {
-
 /// Views for the objective; the texture decides T.
 template <class T>
 using ViewPointers = std::type_identity_t<typename camouflage::Objective<T>::Views>;
@@ -38,5 +37,4 @@ inline void check_pipeline_gradient(camouflage::Objective<double>& objective, Vi
   CHECK(report.passed());
   CHECK(report.kinks.size() <= 5);
 }
-
 }  // namespace tapestry::test

@@ -2,7 +2,6 @@
 #include <tapestry/io/darknet/model_file.hpp>
 
 namespace tapestry::test {
-
 /// A small random network in Darknet's vocabulary: every kind of layer and activation, with heads or without.
 ///
 /// One draw a statement, so that every compiler makes the same network of a seed. Sections are drawn almost
@@ -234,5 +233,4 @@ RandomCfg random_cfg_where(IsKnown is_known, std::uint64_t seed) {
     if (is_known(cfg.config())) return cfg;
   }
 }
-
 }  // namespace tapestry::test

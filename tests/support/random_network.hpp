@@ -4,7 +4,6 @@
 #include "random_network_parts.hpp"
 
 namespace tapestry::test {
-
 /// A random network of ONNX's vocabulary, values between about -2 and 2, smooth but for kinks that few values
 /// come near. Operands are constants, inputs behind a node, or other values; values are read never, once or
 /// often, and some that are read are results, too.
@@ -280,5 +279,4 @@ class RandomNetwork : public RandomNetworkParts {
     if (random.chance(0.3)) node("CumSum", {x, setting({static_cast<double>(axis)})}, s);
   }
 };
-
 }  // namespace tapestry::test

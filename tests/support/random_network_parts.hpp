@@ -4,7 +4,6 @@
 #include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::test {
-
 /// A description that grows node by node, and the values that further nodes may read.
 class RandomNetworkParts {
  public:
@@ -108,5 +107,4 @@ class RandomNetworkParts {
   std::set<std::string> read{};
   std::vector<std::string> pictures{};  ///< of an even number of channels, rows and columns
 };
-
 }  // namespace tapestry::test

@@ -3,7 +3,6 @@
 #include <tapestry/io/file_source.hpp>
 
 namespace tapestry::test {
-
 /// Numbers of a file that holds nothing else, in this machine's bytes, as the exports have them.
 template <class Element>
 std::vector<double> raw_numbers(const std::string& path) {
@@ -16,5 +15,4 @@ std::vector<double> raw_numbers(const std::string& path) {
   }
   return all;
 }
-
 }  // namespace tapestry::test

@@ -4,7 +4,6 @@
 #include <tapestry/geometry/shapes.hpp>
 
 namespace tapestry::test {
-
 /// Separate triangles, three positions each; every corner has its own uv.
 inline geometry::Mesh triangle_soup(const std::vector<std::array<geometry::Vector3, 3>>& triangles,
                                     const std::array<std::array<double, 2>, 3>& uvs = {
@@ -66,5 +65,4 @@ inline geometry::Mesh needle_tube(std::int32_t around, std::int32_t rings, doubl
     }
   return mesh;
 }
-
 }  // namespace tapestry::test

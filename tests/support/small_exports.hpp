@@ -4,7 +4,6 @@
 #include "random_array.hpp"
 
 namespace tapestry::test {
-
 /// Writes down small exports, as PyTorch leaves them.
 class Exporter {
  public:
@@ -264,5 +263,4 @@ Array<T, 4> pictures(std::size_t count, std::size_t size) {
   for (T& value : images.storage()) value = (value + 1) / 2;
   return images;
 }
-
 }  // namespace tapestry::test

@@ -1,9 +1,7 @@
 #pragma once
-
 #include "tiny_scene.hpp"
 
 namespace tapestry::test {
-
 /// A car of boxes: the body, whose top is hood and trunk, and the roof on it.
 inline raster::PaintedMesh stepped_car() {
   auto car = tiny_car(24);
@@ -23,5 +21,4 @@ inline raster::PaintedMesh stepped_car() {
   car.painted = geometry::faces_by_material(mesh, {"body"});
   return car;
 }
-
 }  // namespace tapestry::test

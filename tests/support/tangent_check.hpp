@@ -1,10 +1,7 @@
 #pragma once
-#include <tapestry/nn/network/network.hpp>
-
 #include "operator_network.hpp"
 
 namespace tapestry::test {
-
 /// A network with tangents against central differences of the same network without, in double.
 class TangentCheck {
  public:
@@ -116,5 +113,4 @@ class TangentCheck {
   nn::Network<double> both_;
   Numbers x_, u_;
 };
-
 }  // namespace tapestry::test

@@ -1,11 +1,9 @@
 #pragma once
-#include <optional>
 #include <tapestry/core/parallel.hpp>
 
 #include "catch.hpp"
 
 namespace tapestry::test {
-
 /// Caps the threads of this thread's loops while it lives.
 class Threads {
  public:
@@ -31,5 +29,4 @@ auto same_by_threads(std::initializer_list<int> counts, Run run) {
   }
   return *std::move(first);
 }
-
 }  // namespace tapestry::test

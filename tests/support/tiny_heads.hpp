@@ -4,7 +4,6 @@
 #include "random_array.hpp"
 
 namespace tapestry::test {
-
 /// Facts of a detector that losses need: three heads with strides 32, 16 and 8 for an input of 64 × 96
 /// pixels, in Darknet's order; of two anchors, if the family has any, and the finest with scale_x_y 1.2.
 class TinyHeads {
@@ -44,5 +43,4 @@ class TinyHeads {
  private:
   std::vector<detect::Head> heads_;
 };
-
 }  // namespace tapestry::test

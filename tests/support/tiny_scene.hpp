@@ -3,7 +3,6 @@
 #include <tapestry/io/darknet/model_file.hpp>
 
 namespace tapestry::test {
-
 /// A box on wheels reduced to the box: 12 faces, all painted but the bottom, uv one to one on a 2×1 atlas.
 inline raster::PaintedMesh tiny_car(std::size_t texel_rows = 12,
                                     raster::TextureKind kind = raster::TextureKind::atlas) {
@@ -102,5 +101,4 @@ template <class T>
 camouflage::ViewStore<T> tiny_store(const raster::PaintedMesh& car, std::size_t count) {
   return tiny_store<T>(car, count, {48, 48, 2}, [](std::size_t i) { return tiny_frame(i); });
 }
-
 }  // namespace tapestry::test

@@ -6,7 +6,6 @@
 #include "simple_mesh.hpp"
 
 namespace tapestry::test {
-
 inline const raster::TextureLayout small_atlas{raster::TextureKind::atlas, 5, 7, 1, 0};
 inline constexpr std::size_t side = 16;  // pixels; at depth 1 a unit of the world spans 8 of them
 
@@ -93,5 +92,4 @@ inline geometry::Mesh box(bool is_welded) {
   }
   return triangle_soup(triangles);
 }
-
 }  // namespace tapestry::test

@@ -3,7 +3,6 @@
 #include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::test {
-
 /// An operand of a vocabulary case: drawn from [low, high), or a constant setting of the operator.
 struct CaseOperand {
   enum class Kind { drawn, setting, left_out };
@@ -314,5 +313,4 @@ inline std::vector<VocabularyCase> vocabulary_cases() {
   detail::add_decomposed_cases(all);
   return all;
 }
-
 }  // namespace tapestry::test

@@ -3,7 +3,6 @@
 #include "vocabulary_cases.hpp"
 
 namespace tapestry::test {
-
 /// Value i of n, which no other operand of the case has: ties and kinks are apart by far more than a step.
 inline double value_of(const CaseOperand& operand, std::size_t place, std::size_t i, Random& random) {
   const std::size_t count = nn::size_of(operand.shape);
@@ -67,5 +66,4 @@ inline std::vector<std::uint64_t> computed_sets(const VocabularyCase& given) {
     if ((set & all) == set) sets.push_back(set);
   return sets;
 }
-
 }  // namespace tapestry::test

@@ -8,7 +8,6 @@
 
 namespace tapestry::benchmarks {
 namespace {
-
 template <class Objective>
 class AdolcTrace final : public Computation {
  public:
@@ -69,7 +68,6 @@ class AdolcTrace<BundleJacobian> final : public Computation {
   BundleJacobian bundle_;
   std::vector<double> x_;
 };
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

@@ -7,7 +7,6 @@
 
 namespace tapestry::benchmarks {
 namespace {
-
 template <class Objective>
 class SacadoRecord final : public Computation {
  public:
@@ -26,7 +25,6 @@ class SacadoRecord final : public Computation {
   Objective objective_;
   std::vector<double> x_;
 };
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

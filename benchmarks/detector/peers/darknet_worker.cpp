@@ -8,7 +8,6 @@ extern "C" {
 
 namespace tapestry::benchmarks {
 namespace {
-
 class DarknetDetector {
  public:
   DarknetDetector(const Problem& problem, const WorkerOptions& options) : problem_(problem) {
@@ -44,7 +43,6 @@ class DarknetDetector {
   ::network* network_ = nullptr;
   Array<float, 4> picture_;
 };
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

@@ -1,9 +1,7 @@
 #pragma once
-
 #include "../problem.hpp"
 
 namespace tapestry::benchmarks {
-
 /// A convolution that its batch normalisation has been multiplied into.
 struct FoldedConvolution {
   std::vector<float> weights{};  ///< [filters, channels / groups, row, column]
@@ -73,5 +71,4 @@ class FoldedConvolutions {
       throw not_supported(problem, layer);
   }
 }
-
 }  // namespace tapestry::benchmarks

@@ -6,7 +6,6 @@
 
 namespace tapestry::benchmarks {
 namespace {
-
 constexpr auto channels_last = at::MemoryFormat::ChannelsLast;
 
 [[nodiscard]] std::int64_t signed_count(std::size_t count) { return static_cast<std::int64_t>(count); }
@@ -167,7 +166,6 @@ class LibtorchDetector {
   at::Tensor picture_;
   at::Tensor gradient_;
 };
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

@@ -1,10 +1,8 @@
 #pragma once
-
 #include "../problem.hpp"
 #include "onednn_plan.hpp"
 
 namespace tapestry::benchmarks {
-
 [[nodiscard]] inline dnnl::memory::dim dim(std::size_t count) {
   return static_cast<dnnl::memory::dim>(count);
 }
@@ -173,5 +171,4 @@ class AlgorithmChoice {
   bool tries_winograd_;
   std::map<std::string, dnnl::algorithm> chosen_;
 };
-
 }  // namespace tapestry::benchmarks

@@ -1,11 +1,9 @@
 #pragma once
-
 #include "../decisions.hpp"
 #include "folded_convolution.hpp"
 #include "onednn_convolution.hpp"
 
 namespace tapestry::benchmarks {
-
 /// The detector's forward pass as a chain of oneDNN's primitives: batch normalisation folded, leaky a part of
 /// the direct convolutions, memory shared by values that do not live at the same time. For a gradient it
 /// keeps the outputs of activations and what the pools note, nothing else.
@@ -264,5 +262,4 @@ class OneDnnForward {
 
   std::vector<std::size_t> last_reader_;
 };
-
 }  // namespace tapestry::benchmarks

@@ -1,9 +1,7 @@
 #pragma once
-
 #include "onednn_forward.hpp"
 
 namespace tapestry::benchmarks {
-
 /// The detector in oneDNN, optionally with the gradient to its picture by backward-data convolutions.
 class OneDnnNetwork : public OneDnnForward {
  public:
@@ -162,5 +160,4 @@ class OneDnnNetwork : public OneDnnForward {
   std::vector<Value> adjoints_;
   Array<float, 4> gradient_;
 };
-
 }  // namespace tapestry::benchmarks

@@ -1,17 +1,13 @@
 #pragma once
 #include <algorithm>
-#include <cstddef>
 #include <map>
 #include <memory>
 #include <oneapi/dnnl/dnnl.hpp>
-#include <string>
 #include <tapestry/core/error.hpp>
 #include <unordered_map>
-#include <utility>
 #include <vector>
 
 namespace tapestry::benchmarks {
-
 /// One primitive of oneDNN with what it works on.
 struct Step {
   dnnl::primitive primitive;
@@ -105,5 +101,4 @@ class Pool {
   dnnl::engine engine_;
   std::shared_ptr<Free> free_;
 };
-
 }  // namespace tapestry::benchmarks

@@ -6,7 +6,6 @@
 
 namespace tapestry::benchmarks {
 namespace {
-
 class OneDnnDetector {
  public:
   OneDnnDetector(const Problem& problem, const WorkerOptions& options)
@@ -37,7 +36,6 @@ class OneDnnDetector {
   bool wants_gradient_;
   OneDnnNetwork network_;
 };
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

@@ -4,7 +4,6 @@
 
 namespace tapestry::benchmarks {
 namespace {
-
 struct OpenCvDetector : OpenCvNetwork {
   OpenCvDetector(const Problem& problem, const WorkerOptions& options)
       : OpenCvNetwork(cv::dnn::readNetFromDarknet(options.cfg, options.weights), options,
@@ -13,7 +12,6 @@ struct OpenCvDetector : OpenCvNetwork {
   }
   [[nodiscard]] Answer answer() const { return {values()}; }
 };
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

@@ -6,7 +6,6 @@
 
 namespace tapestry::benchmarks {
 namespace {
-
 struct OpenCvOnnx : OpenCvNetwork {
   explicit OpenCvOnnx(const NetworkOptions& options)
       : OpenCvNetwork(cv::dnn::readNetFromONNX(options.model), options, read_numbers<float>(options.input)) {
@@ -14,7 +13,6 @@ struct OpenCvOnnx : OpenCvNetwork {
   }
   [[nodiscard]] std::vector<float> answer() const { return values(); }
 };
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

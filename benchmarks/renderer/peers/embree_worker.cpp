@@ -1,13 +1,10 @@
 // The car as Embree sees it: primary rays in packets of 16 through a hierarchy built beforehand.
 #include <embree3/rtcore.h>
 
-#include <tapestry/core/parallel.hpp>
-
 #include "../worker_program.hpp"
 
 namespace tapestry::benchmarks {
 namespace {
-
 class EmbreeRenderer {
  public:
   EmbreeRenderer(const Scene& scene, const WorkerOptions& options)
@@ -126,7 +123,6 @@ class EmbreeRenderer {
   std::vector<std::int32_t> face_;
   std::vector<float> barycentric_;
 };
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

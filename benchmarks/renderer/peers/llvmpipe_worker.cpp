@@ -2,14 +2,12 @@
 #define GL_GLEXT_PROTOTYPES  // for the types of the functions that OSMesa hands out
 #include <GL/osmesa.h>
 
-#include <cstdlib>
 #include <map>
 
 #include "../worker_program.hpp"
 
 namespace tapestry::benchmarks {
 namespace {
-
 /// An OpenGL function by its name.
 template <class Function>
 [[nodiscard]] Function gl(const char* name) {
@@ -218,7 +216,6 @@ class LlvmpipeRenderer {
   GLsizei index_count_ = 0;
   GLint matrix_ = -1;
 };
-
 }  // namespace
 }  // namespace tapestry::benchmarks
 

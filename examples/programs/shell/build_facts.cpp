@@ -25,5 +25,4 @@ std::string computed_by_text() {
   return "Tapestry " TAPESTRY_VERSION_TEXT " (" + (commit == TAPESTRY_VERSION_TEXT ? "" : commit + ", ") +
          std::string(name_of(instruction_set())) + " on " + processor_name() + ")";
 }
-
 }  // namespace tapestry::shell

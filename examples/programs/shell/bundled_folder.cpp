@@ -3,7 +3,6 @@
 #include "program.hpp"
 
 namespace tapestry::shell {
-
 // CMake gives both folders as seen from the program's, so that the programs of two clones have the same
 // bytes.
 std::string bundled_folder() {
@@ -26,5 +25,4 @@ std::string line_of(const Error& error) {
       "give files of your own by options such as --mesh, --frames and --weights";
   return for_terminal(message + (lacks ? remedy : ""));
 }
-
 }  // namespace tapestry::shell

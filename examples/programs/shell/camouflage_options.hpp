@@ -1,10 +1,8 @@
 #pragma once
 #include <tapestry/camouflage/objective.hpp>
-
 #include "run_options.hpp"
 
 namespace tapestry::shell {
-
 struct CamouflageOptions : RunOptions {
   SceneSettings scene;
   DetectorSettings detector;
@@ -84,5 +82,4 @@ inline camouflage::ObjectiveOptions objective_options(const OptimisationSettings
   objective.class_index = class_index;
   return objective;
 }
-
 }  // namespace tapestry::shell

@@ -1,5 +1,4 @@
 #pragma once
-
 #include "measured_controls.hpp"
 #include "memory_forecast.hpp"
 #include "photo_light_report.hpp"
@@ -11,7 +10,6 @@
 #include "validation.hpp"
 
 namespace tapestry::shell {
-
 /// One run in its folder. Under mpirun the views of every step are divided among the ranks; the first rank
 /// writes.
 class CamouflageRun {
@@ -374,5 +372,4 @@ class CamouflageRun {
   std::string settings_;
   std::uint64_t saved_steps_ = 0;
 };
-
 }  // namespace tapestry::shell

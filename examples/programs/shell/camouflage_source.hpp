@@ -1,12 +1,10 @@
 #pragma once
 #include <tapestry/raster/bake.hpp>
-
 #include "inputs.hpp"
 #include "own_texture.hpp"
 #include "program.hpp"
 
 namespace tapestry::shell {
-
 /// A measured camouflage: the result of a run, or any picture that lies on the mesh by its uv. With neither
 /// only the plain car is measured.
 struct CamouflageSource {
@@ -130,5 +128,4 @@ inline Array<float, 2> read_offsets_of(const CamouflageSource& source, const ras
   if (source.run.empty()) return {};
   return camouflage::read_offsets(source.run + "/texture.npz", car.mesh.positions.size());
 }
-
 }  // namespace tapestry::shell

@@ -3,7 +3,6 @@
 #include <tapestry/optim/adam.hpp>
 
 namespace tapestry::shell {
-
 inline constexpr std::uint64_t checkpoint_format = 1;
 
 /// Begins a checkpoint of a learning detector with the fields that all have.
@@ -100,5 +99,4 @@ inline io::NpzFile read_checkpoint_file(const std::string& path, const std::stri
     throw Error(ErrorKind::in_use, path + ": belongs to a run with other settings");
   return file;
 }
-
 }  // namespace tapestry::shell

@@ -1,10 +1,8 @@
 #pragma once
 #include <tapestry/evaluate/dataset/dataset.hpp>
-
 #include "detector_inputs.hpp"
 
 namespace tapestry::shell {
-
 struct ClassMatching {
   std::vector<std::string> names{};                       ///< in the order of the data set
   std::vector<std::uint64_t> ids{};                       ///< of the data set
@@ -14,7 +12,6 @@ struct ClassMatching {
 };
 
 namespace detail {
-
 /// COCO's name of a class that has another name in Pascal VOC, and in Darknet's lists after it.
 inline std::string_view coco_name(std::string_view name) {
   constexpr std::pair<std::string_view, std::string_view> others[] = {
@@ -68,7 +65,6 @@ inline void judge_unmatched(const std::string& dataset_path, const evaluate::Dat
     matching.warnings.push_back(dataset_path +
                                 ": lacks these classes of the detector, left out: " + listed(unasked));
 }
-
 }  // namespace detail
 
 /// Matches classes by their names. Classes of a data set without names are the detector's numbers. Pascal VOC
@@ -104,5 +100,4 @@ inline ClassMatching match_classes(const std::string& dataset_path, const evalua
   detail::judge_unmatched(dataset_path, dataset, detector, needs_all, matching);
   return matching;
 }
-
 }  // namespace tapestry::shell

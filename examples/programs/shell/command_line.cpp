@@ -11,7 +11,6 @@
 
 namespace tapestry::shell {
 namespace {
-
 constexpr const char* exit_status_text =
     "Exit status:\n"
     "  0 done              3 input unreadable or malformed   6 a value is not finite\n"
@@ -144,7 +143,6 @@ std::string quoted(const std::string& word) {
   }
   return text + "'";
 }
-
 }  // namespace
 
 CommandLine::CommandLine(std::string description) : CLI::App(std::move(description)) {
@@ -217,5 +215,4 @@ std::string shell_line(const std::vector<std::string>& words) {
   }
   return line;
 }
-
 }  // namespace tapestry::shell

@@ -4,7 +4,6 @@
 #include <vector>
 
 namespace tapestry::shell {
-
 // Compiled once for all programs, because CLI11 takes long to compile.
 
 /// The command line of a program, without options yet. An option's value when it is added is its default.
@@ -28,5 +27,4 @@ std::vector<std::string> given_options(const CLI::App& app, const std::vector<st
 
 /// The words of a command line, each quoted for a shell if necessary; the text is printable().
 std::string shell_line(const std::vector<std::string>& words);
-
 }  // namespace tapestry::shell

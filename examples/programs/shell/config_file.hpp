@@ -3,7 +3,6 @@
 #include <istream>
 
 namespace tapestry::shell {
-
 /// Reads the file of --config: CLI11's TOML, of options without sections. Refuses content that CLI11 ignores:
 /// names given twice, open quotes. Takes memory of at most 100 times the file and 1 MiB.
 class ConfigFile : public CLI::ConfigTOML {
@@ -33,5 +32,4 @@ class ConfigFile : public CLI::ConfigTOML {
     throw CLI::ConfigError(what, CLI::ExitCodes::ConfigError);
   }
 };
-
 }  // namespace tapestry::shell

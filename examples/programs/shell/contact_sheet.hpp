@@ -1,9 +1,7 @@
 #pragma once
-
 #include "drawn_boxes.hpp"
 
 namespace tapestry::shell {
-
 /// Whether the picture at `index` is one of `shown` evenly spread ones among `pictures`.
 inline bool is_shown(std::size_t index, std::size_t shown, std::size_t pictures) {
   return (index + 1) * shown / pictures > index * shown / pictures;
@@ -62,5 +60,4 @@ Bitmap comparison(const std::vector<Picture>& before, const std::vector<Picture>
       pictures.push_back((*row)[(2 * i + 1) * row->size() / (2 * columns)]);
   return contact_sheet(pictures, columns);
 }
-
 }  // namespace tapestry::shell

@@ -1,11 +1,9 @@
 #pragma once
 #include <algorithm>
 #include <type_traits>
-
 #include "formatted.hpp"
 
 namespace tapestry::shell {
-
 /// Whether a spreadsheet would compute this text: its first character, also as wide as Chinese ones, begins a
 /// formula. Source: OWASP, "CSV Injection".
 inline bool begins_formula(std::string_view text) {
@@ -48,5 +46,4 @@ std::string csv_line(const Fields&... fields) {
   (add(add, fields), ...);
   return line.substr(1);
 }
-
 }  // namespace tapestry::shell

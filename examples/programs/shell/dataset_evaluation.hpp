@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/evaluate/dataset/readers.hpp>
-
 #include "class_matching.hpp"
 #include "inputs.hpp"
 #include "picture_detections.hpp"
@@ -9,7 +8,6 @@
 #include "progress.hpp"
 
 namespace tapestry::shell {
-
 /// Where the labelled pictures are, and the detector's names of their classes.
 struct LabelSettings {
   std::string dataset;
@@ -57,7 +55,6 @@ inline void add_options(CLI::App& app, DatasetSettings& s) {
 }
 
 namespace detail {
-
 /// Refuses options that would be ignored.
 /// \param known  used options, besides the detector's
 inline void require_known_options(const CLI::App& app, std::vector<std::string> known, ProblemList& list) {
@@ -212,7 +209,6 @@ inline std::string results_text(const evaluate::Dataset& dataset, const ClassMat
   }
   return text + "\n]\n";
 }
-
 }  // namespace detail
 
 /// Runs a detector on the pictures of a data set, prints its average precision and writes the requested
@@ -250,5 +246,4 @@ inline int evaluate_dataset(const CLI::App& app, const DatasetSettings& s, Detec
   if (!s.json.empty()) write_text(s.json, report_text(precision_json(precision, matching.names)));
   return 0;
 }
-
 }  // namespace tapestry::shell

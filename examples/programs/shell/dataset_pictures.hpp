@@ -1,11 +1,9 @@
 #pragma once
-
 #include "../../scenes/labelled_scene.hpp"
 #include "dataset_evaluation.hpp"
 #include "stop_signal.hpp"
 
 namespace tapestry::shell {
-
 /// A part of a picture, or a picture with room around it; pixels of the picture.
 struct PictureCut {
   long left = 0, top = 0;
@@ -147,5 +145,4 @@ class DatasetPictures {
   std::string summary_{};
   bool is_empty_ = true;
 };
-
 }  // namespace tapestry::shell

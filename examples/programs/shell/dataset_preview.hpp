@@ -1,11 +1,9 @@
 #pragma once
 #include <tapestry/io/frame.hpp>
 #include <tapestry/io/image_file.hpp>
-
 #include "picture_sheet.hpp"
 
 namespace tapestry::shell {
-
 struct FramePlace {
   bool held_out;
   std::size_t index;
@@ -50,5 +48,4 @@ void write_preview(const std::string& path, std::size_t train, std::size_t test,
   for (std::size_t i = 0; i < shown; ++i) sheet.add(places[i].name(), std::move(pictures[i]));
   io::write_image(path, sheet.bitmap());
 }
-
 }  // namespace tapestry::shell

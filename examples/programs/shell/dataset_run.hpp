@@ -8,7 +8,6 @@
 #include "step_log.hpp"
 
 namespace tapestry::shell {
-
 struct TuningOptions : RunOptions {
   StartSettings detector;
   DatasetTraining training;
@@ -254,5 +253,4 @@ inline int tune(const CLI::App& app, const char* program, TuningOptions options)
   return run_resumable(
       output, resume, [&] { TuningRun(std::move(options), std::move(inputs)).run(); }, [] { return ""; });
 }
-
 }  // namespace tapestry::shell

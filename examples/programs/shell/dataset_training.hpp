@@ -4,7 +4,6 @@
 #include "learner.hpp"
 
 namespace tapestry::shell {
-
 /// Settings of a detector that learns, from random weights where it has none.
 struct StartSettings : DetectorSettings {};
 
@@ -166,5 +165,4 @@ class DatasetTrainer {
   std::vector<double> scores_{};
   std::vector<LossTerms> history_{};  ///< one entry a step
 };
-
 }  // namespace tapestry::shell

@@ -8,7 +8,6 @@
 
 namespace tapestry::shell {
 namespace {
-
 /// The classes of COCO 2017, in the order of the categories of its annotations.
 std::vector<std::string> coco_names() {
   std::istringstream list(
@@ -71,7 +70,6 @@ void print_input(const DetectorSettings& settings, const detect::Detector<float>
   if (verbosity() != Verbosity::quiet && Ranks::all().is_first() && printed.insert(line).second)
     std::cerr << for_terminal(line) << '\n';
 }
-
 }  // namespace
 
 detect::Detector<float> load_detector(const DetectorSettings& settings, std::vector<std::string>& warnings,
@@ -98,5 +96,4 @@ detect::Detector<float> load_detector(const DetectorSettings& settings, std::vec
   name_coco_classes(settings, detector, warnings);
   return detector;
 }
-
 }  // namespace tapestry::shell

@@ -1,10 +1,8 @@
 #pragma once
 #include <tapestry/io/read_detector.hpp>
-
 #include "settings.hpp"
 
 namespace tapestry::shell {
-
 /// io::read_detector() of the files that options name.
 /// \param warnings receives warnings about the files
 /// \param layers    as DetectorFiles::layers
@@ -12,5 +10,4 @@ namespace tapestry::shell {
 [[nodiscard]] detect::Detector<float> load_detector(const DetectorSettings& settings,
                                                     std::vector<std::string>& warnings,
                                                     const std::vector<std::string>& layers = {});
-
 }  // namespace tapestry::shell

@@ -2,12 +2,10 @@
 #include <numbers>
 #include <tapestry/detect/box_decode.hpp>
 #include <tapestry/image/colour_space.hpp>
-
 #include "formatted.hpp"
 #include "pixel_font.hpp"
 
 namespace tapestry::shell {
-
 /// Colour of a class, the same in every picture. Hues of successive classes lie far apart, in turn bright,
 /// pale, deep and dark; the greens about found_colour are left out.
 ///
@@ -52,7 +50,6 @@ inline std::string label_of(const std::string& name, double confidence) {
 }
 
 namespace detail {
-
 /// Whole pixels, right and bottom beyond them.
 struct PixelRectangle {
   long left, top, right, bottom;
@@ -102,7 +99,6 @@ inline PixelRectangle label_place(const PixelRectangle& box, long width, long he
   }
   return place;
 }
-
 }  // namespace detail
 
 /// Draws boxes, cut at the edge of the picture, and labels filled with their boxes' colours.
@@ -160,5 +156,4 @@ inline Bitmap drawn(const MarkedPicture& marked) {
   draw_boxes(bitmap, marked.boxes);
   return bitmap;
 }
-
 }  // namespace tapestry::shell

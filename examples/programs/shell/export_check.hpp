@@ -1,11 +1,9 @@
 #pragma once
 #include <tapestry/io/obj_file.hpp>
-
 #include "own_texture.hpp"
 #include "report.hpp"
 
 namespace tapestry::shell {
-
 /// A painted car that was exported, as a reader of its files finds it.
 struct ExportedCar {
   raster::PaintedMesh car;
@@ -58,5 +56,4 @@ PictureDifference difference_over_car(
   if (count > 0) difference.mean /= count;
   return difference;
 }
-
 }  // namespace tapestry::shell

@@ -1,12 +1,10 @@
 #pragma once
 #include <tapestry/io/image_file.hpp>
-
 #include "formatted.hpp"
 #include "run_manifest.hpp"
 #include "view_list.hpp"
 
 namespace tapestry::shell {
-
 // Pictures of a protocol for detectors of other programs: PNG files and COCO's instances.json, in which each
 // picture also names its texture and frame.
 
@@ -93,5 +91,4 @@ class PictureExport {
   std::optional<RunFolder> claim_;
   Json images_ = Json::array(), annotations_ = Json::array();
 };
-
 }  // namespace tapestry::shell

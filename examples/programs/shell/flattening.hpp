@@ -9,7 +9,6 @@
 /// Surfaces laid flat, cut where they would stretch: parts of a car's skin that can be printed and glued on.
 
 namespace tapestry::shell {
-
 /// A part of a surface, and where its faces lie when it is flat.
 struct FlatPart {
   std::vector<std::size_t> faces{};  ///< of the mesh
@@ -507,5 +506,4 @@ class Flattening {
                                                      std::vector<std::size_t> faces, double most = 1.02) {
   return detail::Flattening(mesh, std::move(faces), most).parts();
 }
-
 }  // namespace tapestry::shell

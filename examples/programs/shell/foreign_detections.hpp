@@ -1,11 +1,9 @@
 #pragma once
-
 #include "exported_pictures.hpp"
 #include "picture_sheet.hpp"
 #include "survey_watch.hpp"
 
 namespace tapestry::shell {
-
 /// A picture that PictureExport has written.
 struct ExportedPicture {
   std::string file;
@@ -45,7 +43,6 @@ inline ExportedPictures exported_pictures(const Json& json) {
   if (all.class_index >= all.class_names.size()) throw DomainError("a class without a name");
   return all;
 }
-
 }  // namespace detail
 
 /// Compares labels and pictures of a folder with the hashes in its labels.
@@ -203,5 +200,4 @@ inline Bitmap sheet_of(const ExportedPictures& all, const std::string& folder, d
   }
   return contact_sheet(shown, most);
 }
-
 }  // namespace tapestry::shell

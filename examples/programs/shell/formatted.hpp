@@ -7,7 +7,6 @@
 #include <vector>
 
 namespace tapestry::shell {
-
 /// Formats numbers and words of C like printf().
 template <class... Values>
 std::string formatted(const char* format, Values... values) {
@@ -44,5 +43,4 @@ inline std::string class_name(std::size_t class_index, const std::vector<std::st
                               const char* before = "") {
   return class_index < names.size() ? names[class_index] : before + std::to_string(class_index);
 }
-
 }  // namespace tapestry::shell

@@ -1,9 +1,7 @@
 #pragma once
-
 #include "learner.hpp"
 
 namespace tapestry::shell {
-
 /// Sets the first weights, with objectness near 0.01, because most candidates of a picture are background.
 inline void initialise(detect::DarknetModel<float>& model, std::uint64_t seed) {
   Random random(seed);
@@ -56,5 +54,4 @@ inline std::unique_ptr<LearningDetector> fresh_detector(const DetectorSettings& 
   if (!settings.fit.empty()) fit = image::fit_by_name(settings.fit);
   return std::make_unique<LearningModel>(std::move(model), std::move(text), names, fit, normalises);
 }
-
 }  // namespace tapestry::shell

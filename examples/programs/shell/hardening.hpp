@@ -1,10 +1,8 @@
 #pragma once
-
 #include "hardening_state.hpp"
 #include "run_options.hpp"
 
 namespace tapestry::shell {
-
 /// Settings of the hardening, and of the paints that are optimised against the detector.
 struct HardenSettings {
   static constexpr const char* group = "Hardening";
@@ -272,5 +270,4 @@ class Hardening {
   HardeningState state_;  ///< without the parts in detector_, adam_ and training_
   std::optional<camouflage::Training<float>> training_;
 };
-
 }  // namespace tapestry::shell

@@ -1,5 +1,4 @@
 #pragma once
-
 #include "csv.hpp"
 #include "hardening_state.hpp"
 #include "report.hpp"
@@ -8,7 +7,6 @@
 #include "word_table.hpp"
 
 namespace tapestry::shell {
-
 /// The detector's classes of objects in drawn scenes, in the order car, van, clutter; none for
 /// one that it does not know.
 using SceneClasses = std::array<std::optional<std::size_t>, 3>;
@@ -274,5 +272,4 @@ inline Json hardening_json(const HardeningReport& report) {
       {"computed_by", computed_by_json()},
       {"options", report.options}};
 }
-
 }  // namespace tapestry::shell

@@ -2,7 +2,6 @@
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/evaluate/controls.hpp>
 #include <tapestry/image/batch.hpp>
-
 #include "../../scenes/labelled_scene.hpp"
 #include "../../scenes/paint.hpp"
 #include "checkpoint_file.hpp"
@@ -10,7 +9,6 @@
 #include "stop_signal.hpp"
 
 namespace tapestry::shell {
-
 /// Objects in each training view: the car, whose box is known, and the other objects that the undefended
 /// detector finds in the untouched frame away from the car. A frame has no labels for other objects; treating
 /// them as background would train the detector to miss them.
@@ -228,5 +226,4 @@ inline HardeningState read_hardening(const std::string& path, const std::string&
   state.history = detail::history_of<HardeningStep>(file);
   return state;
 }
-
 }  // namespace tapestry::shell

@@ -1,12 +1,10 @@
 #pragma once
 #include <tapestry/detect/heat_map.hpp>
 #include <tapestry/image/batch.hpp>
-
 #include "contact_sheet.hpp"
 #include "detector_inputs.hpp"
 
 namespace tapestry::shell {
-
 /// Function of a layer's activations and the gradient of a score with respect to them.
 using HeatMap = Array<float, 2> (*)(const Array<float, 3>&, const Array<float, 3>&);
 
@@ -80,5 +78,4 @@ inline Bitmap heat_map_picture(const Bitmap& picture, const detect::Detector<flo
   std::copy_n(of_picture.data(), of_picture.size(), heat_of_picture.data());
   return heated(std::move(shown), heat_of_picture);
 }
-
 }  // namespace tapestry::shell

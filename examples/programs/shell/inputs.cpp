@@ -11,7 +11,6 @@
 
 namespace tapestry::shell {
 namespace {
-
 /// An atlas spans the u of the painted faces, with square texels.
 raster::TextureLayout layout_of(const SceneSettings& settings, const raster::PaintedMesh& car) {
   auto layout = settings.texture == "cube" ? raster::cube_layout(settings.texels) : raster::TextureLayout{};
@@ -82,7 +81,6 @@ std::vector<std::string> warnings_about_set(const std::string& folder) {
   }
   return warnings;
 }
-
 }  // namespace
 
 void fill_in_bundled(SceneSettings& scene) {
@@ -341,5 +339,4 @@ void check_inputs(SceneSettings scene, const DetectorSettings& detector, Problem
   frames.posed = posed.value_or(false);
   list.attempt([&] { require_one_scale(frames); });
 }
-
 }  // namespace tapestry::shell

@@ -1,13 +1,11 @@
 #pragma once
 #include <tapestry/camouflage/view_store.hpp>
-
 #include "detector_inputs.hpp"
 #include "mask_rule.hpp"
 #include "mesh_inputs.hpp"
 #include "texture_description.hpp"
 
 namespace tapestry::shell {
-
 namespace fs = std::filesystem;
 
 // Readers of files are compiled once for all programs, because the formats and the drawn scenes compile
@@ -138,5 +136,4 @@ std::vector<FurtherDetector> load_ensemble(const std::vector<std::string>& paths
 /// Checks every input; adds all problems and warnings. The settings themselves must have been checked before.
 void check_inputs(SceneSettings scene, const DetectorSettings& detector, ProblemList& list,
                   std::vector<std::string>& warnings);
-
 }  // namespace tapestry::shell

@@ -1,11 +1,9 @@
 #pragma once
 #include <tapestry/core/in_quotes.hpp>
-
 #include "run_folder.hpp"
 #include "word_table.hpp"
 
 namespace tapestry::shell {
-
 /// The inputs of a result as a table that a page shows once it is opened; empty without inputs.
 /// \param inputs  see recorded_inputs()
 inline std::string inputs_html(const Json& inputs) {
@@ -22,5 +20,4 @@ inline std::string inputs_html(const Json& inputs) {
   return "<details><summary>Inputs: " + std::to_string(inputs.size()) + " files</summary>\n" +
          html_of(table) + "</details>\n";
 }
-
 }  // namespace tapestry::shell

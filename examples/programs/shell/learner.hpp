@@ -1,12 +1,10 @@
 #pragma once
 #include <tapestry/loss/yolox_training.hpp>
 #include <tapestry/optim/adam.hpp>
-
 #include "learning_detector.hpp"
 #include "settings.hpp"
 
 namespace tapestry::shell {
-
 /// A number of a step, with its name in history.csv.
 template <class Step>
 struct StepNumber {
@@ -103,5 +101,4 @@ inline std::unique_ptr<LearningDetector> learning_detector(const detect::Detecto
           .model,
       trainable_cfg(settings.cfg, settings.weights), detector.names(), detector.fit());
 }
-
 }  // namespace tapestry::shell

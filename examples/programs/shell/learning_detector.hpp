@@ -1,11 +1,9 @@
 #pragma once
 #include <tapestry/detect/detector_variable.hpp>
 #include <tapestry/io/atomic_file.hpp>
-
 #include "trained_network.hpp"
 
 namespace tapestry::shell {
-
 /// A detector whose weights are trained, and the file it is written to. Batch normalisation keeps its running
 /// statistics unless a LearningModel is made to follow those of batches; its shifts and scales are trained.
 class LearningDetector {
@@ -174,5 +172,4 @@ class LearningGraph final : public LearningDetector {
 
   std::string path_, bytes_;
 };
-
 }  // namespace tapestry::shell

@@ -7,7 +7,6 @@
 
 namespace tapestry::shell {
 namespace {
-
 std::string extents_text(std::size_t height, std::size_t width) {
   return std::to_string(width) + "x" + std::to_string(height);
 }
@@ -38,7 +37,6 @@ Array<std::uint8_t, 2> segmented_mask(const segment::U2Net& segmenter, const io:
   }
   return segment::car_component(segmenter(image::from_bytes<float>(frame.image)), region);
 }
-
 }  // namespace
 
 MaskRule load_mask_rule(const SceneSettings& settings, std::vector<std::string>& warnings) {
@@ -76,5 +74,4 @@ void apply_mask_rule(const MaskRule& rule, const std::string& path, io::Frame& f
   if (rule.kind == "u2net") frame.mask = segmented_mask(*rule.segmenter, frame);
   if (rule.kind == "silhouette") frame.mask.reset();
 }
-
 }  // namespace tapestry::shell

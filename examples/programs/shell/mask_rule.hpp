@@ -1,11 +1,9 @@
 #pragma once
 #include <tapestry/io/frame_file.hpp>
 #include <tapestry/segment/u2_net.hpp>
-
 #include "settings.hpp"
 
 namespace tapestry::shell {
-
 /// Roles of inputs in ledgers, see io::InputLedger::Role.
 inline constexpr const char *mask_role = "mask", *segmenter_role = "segmenter";
 
@@ -32,5 +30,4 @@ std::string word_on_masks(const MaskRule& rule, const std::string& path, const i
 /// Replaces the mask of a frame as the rule requires.
 /// \param path  of the frame; mask files lie beside it
 void apply_mask_rule(const MaskRule& rule, const std::string& path, io::Frame& frame);
-
 }  // namespace tapestry::shell

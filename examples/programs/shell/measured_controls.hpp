@@ -2,7 +2,6 @@
 #include <tapestry/evaluate/controls.hpp>
 
 namespace tapestry::shell {
-
 /// The controls that --controls names, see SurveySettings; other parameters as evaluate::make_controls().
 inline std::vector<evaluate::Control> measured_controls(const std::string& controls,
                                                         const raster::PaintedMesh& car,
@@ -11,5 +10,4 @@ inline std::vector<evaluate::Control> measured_controls(const std::string& contr
   return controls == "all" ? evaluate::make_controls(car, paint, seed, noise_draws)
                            : evaluate::matched_controls(car, paint, seed, noise_draws);
 }
-
 }  // namespace tapestry::shell

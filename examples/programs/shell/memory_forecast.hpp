@@ -1,12 +1,10 @@
 #pragma once
 #include <tapestry/camouflage/run_state.hpp>
 #include <tapestry/evaluate/controls.hpp>
-
 #include "camouflage_options.hpp"
 #include "inputs.hpp"
 
 namespace tapestry::shell {
-
 /// Memory of a part of a run while it optimises and while it measures, bytes, and the option that lowers it.
 struct MemoryPart {
   std::string name, option;
@@ -130,5 +128,4 @@ class MemoryForecast {
   std::uint64_t noise_, textures_;
   std::vector<MemoryPart> parts_;
 };
-
 }  // namespace tapestry::shell

@@ -1,10 +1,8 @@
 #pragma once
 #include <tapestry/geometry/mesh.hpp>
-
 #include "problem_list.hpp"
 
 namespace tapestry::shell {
-
 inline constexpr const char* up_help = "axis of the mesh that points up: {x}, {y}, {z}, {-x}, {-y} or {-z}";
 inline constexpr const char* forward_help =
     "axis of the mesh that points to its front: {x}, {y}, {z}, {-x}, {-y} or {-z}";
@@ -44,5 +42,4 @@ inline geometry::Mesh upright_object(const std::string& mesh_path, geometry::Mes
                            " --forward " + better->forward + " would right it" + front +
                            "; --object any is for what is no car"});
 }
-
 }  // namespace tapestry::shell

@@ -3,7 +3,6 @@
 #include <tapestry/io/text_lists.hpp>
 
 namespace tapestry::shell {
-
 /// The folder of the bundled files: beside an installed program, else in the sources.
 std::string bundled_folder();
 
@@ -52,5 +51,4 @@ inline void require_uvs(const std::string& mesh_path, const geometry::Mesh& mesh
                          "--material or --faces that leave it out", ""});
   }
 }
-
 }  // namespace tapestry::shell

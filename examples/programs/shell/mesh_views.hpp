@@ -6,7 +6,6 @@
 #include <tapestry/raster/texture_operator.hpp>
 
 namespace tapestry::shell {
-
 struct PictureSettings {
   std::size_t height = 512;
   std::size_t width = 512;
@@ -267,5 +266,4 @@ inline Measurements measured_view(const std::string& view, const PaintedScene& s
     return measured(detail::seen_geometry<raster::SurfacePosition>(scene.mesh, camera, picture));
   return measured(detail::seen_geometry<raster::Normal>(scene.mesh, camera, picture));
 }
-
 }  // namespace tapestry::shell

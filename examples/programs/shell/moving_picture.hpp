@@ -1,14 +1,11 @@
 #pragma once
-
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/io/atomic_file.hpp>
 #include <tapestry/io/image_file.hpp>
-
 #include "pixel_font.hpp"
 
 namespace tapestry::shell {
 namespace detail {
-
 /// The last `bytes` bytes of a number, the highest first.
 inline std::string number_bytes(std::size_t value, unsigned bytes = 4) {
   std::string text;
@@ -36,7 +33,6 @@ inline Bitmap changed_pixels(const Bitmap& now, const Bitmap* before) {
   }
   return changed;
 }
-
 }  // namespace detail
 
 /// Bytes of a PNG file that moves without end (APNG). Programs that do not know the chunks acTL, fcTL and
@@ -69,5 +65,4 @@ inline std::string moving_png(const std::string& path, const std::vector<Bitmap>
   }
   return file + pictures[0].substr(pictures[0].size() - end);
 }
-
 }  // namespace tapestry::shell

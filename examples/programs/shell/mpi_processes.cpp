@@ -7,7 +7,6 @@
 #include "processes.hpp"
 
 namespace tapestry::shell {
-
 ProcessPlace join_processes() {
   if (std::getenv("OMPI_COMM_WORLD_SIZE") == nullptr && std::getenv("PMI_SIZE") == nullptr) return {};
   MPI_Init(nullptr, nullptr);
@@ -30,5 +29,4 @@ void leave_processes() {
   MPI_Initialized(&is_open);
   if (is_open != 0) MPI_Finalize();
 }
-
 }  // namespace tapestry::shell

@@ -3,7 +3,6 @@
 #include <tapestry/detect/detector.hpp>
 
 namespace tapestry::shell {
-
 /// Times of a detector's operations, forward and backward to a picture.
 /// \param input  as the detector takes it
 /// \param pass   memory to use
@@ -41,5 +40,4 @@ inline void print_profile(std::FILE* to, const char* title, const nn::OperationT
   print("between operations", "", between);
   print("sum", "", times.seconds);
 }
-
 }  // namespace tapestry::shell

@@ -4,7 +4,6 @@
 #include <tapestry/io/json.hpp>
 
 namespace tapestry::shell {
-
 /// The entry of a block of parameters in the JSON of an old file, and its name.
 inline std::pair<std::string, nlohmann::json> old_entry(const detect::NetworkConfig& config,
                                                         const detect::ParameterBlock& block) {
@@ -92,5 +91,4 @@ inline ModelWithCfg read_old_detector(const std::string& path) {
     throw malformed_file({path, "", "weights that are not finite"});
   return {std::move(model), std::move(metadata.cfg)};
 }
-
 }  // namespace tapestry::shell

@@ -8,7 +8,6 @@
 #include <tapestry/io/file_source.hpp>
 
 namespace tapestry::shell {
-
 #if defined(_WIN32)
 /// Signals that Windows lacks: closing the console takes the place of a hang-up, and none that of others.
 inline constexpr int SIGHUP = SIGBREAK, SIGXCPU = 0, SIGUSR1 = 0, SIGPIPE = 0, SIGXFSZ = 0;
@@ -148,5 +147,4 @@ class OutputClaim {
     }
   return claims;
 }
-
 }  // namespace tapestry::shell

@@ -2,11 +2,9 @@
 #include <map>
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/raster/mesh_pictures.hpp>
-
 #include "contact_sheet.hpp"
 
 namespace tapestry::shell {
-
 /// A texture that belongs to a mesh (map_Kd).
 struct OwnTexture {
   std::string path;
@@ -60,5 +58,4 @@ inline std::shared_ptr<const raster::MeshPictures> pictures_of(const std::vector
     raster::add_picture(*pictures, mesh, textures[i].picture, textures[i].faces, filter, space);
   return pictures;
 }
-
 }  // namespace tapestry::shell

@@ -1,10 +1,8 @@
 #pragma once
 #include <cstdint>
-
 #include "protocol/drawing.hpp"
 
 namespace tapestry::shell {
-
 /// Bytes in letters (RFC 4648, section 4).
 inline std::string base64(std::string_view bytes) {
   static constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -53,5 +51,4 @@ inline std::string page_begin(const std::string& title, const std::string& style
          escaped(title) + "</title>\n<style>\n" + page_style + style + "</style></head><body>\n<h1>" +
          escaped(title) + "</h1>\n";
 }
-
 }  // namespace tapestry::shell

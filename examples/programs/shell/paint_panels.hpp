@@ -1,10 +1,8 @@
 #pragma once
 #include <tapestry/raster/painted_mesh.hpp>
-
 #include "flattening.hpp"
 
 namespace tapestry::shell {
-
 /// A part of a car's paint laid flat, seen from outside, metres from its lower left corner.
 struct PaintPanel {
   using Place = std::array<double, 2>;
@@ -193,5 +191,4 @@ inline PaintPanels paint_panels(const raster::PaintedMesh& body, double metres_p
   detail::PanelRims(body.mesh, found.panels).mark(std::sqrt(area) / 8);
   return found;
 }
-
 }  // namespace tapestry::shell

@@ -1,11 +1,9 @@
 #pragma once
-
 #include "mesh_views.hpp"
 #include "paint_panels.hpp"
 #include "pdf_file.hpp"
 
 namespace tapestry::shell {
-
 /// A part of a panel, metres from the panel's lower left corner.
 struct PanelPart {
   double left = 0, bottom = 0, width = 0, height = 0;
@@ -159,5 +157,4 @@ class PanelDrawing {
   PdfFile& file_;
   std::string path_;
 };
-
 }  // namespace tapestry::shell

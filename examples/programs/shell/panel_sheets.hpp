@@ -1,5 +1,4 @@
 #pragma once
-
 #include "panel_drawing.hpp"
 #include "print_sheet.hpp"
 
@@ -7,7 +6,6 @@
 /// The paint of a car as sheets to print: an index, and each panel at true size in tiles that fit the paper.
 
 namespace tapestry::shell {
-
 struct PanelSettings {
   std::string path;  ///< of the file
   std::string car;   ///< its name
@@ -340,5 +338,4 @@ class PanelSheets {
   static constexpr double around_cm = 0.9, label_cm = 0.7, least_width_cm = 4;
   static constexpr double cell_height_cm = 3.9;  ///< of the index
 };
-
 }  // namespace tapestry::shell

@@ -1,7 +1,6 @@
 #pragma once
 #include <charconv>
 #include <tapestry/io/image_file.hpp>
-
 #include "pixel_font.hpp"
 
 /// \file
@@ -9,7 +8,6 @@
 /// our distributions are much larger than this needs. Equal pages give equal bytes.
 
 namespace tapestry::shell {
-
 inline constexpr double pt_per_cm = 72 / 2.54;
 
 /// A point of a page in centimetres, from its lower left corner.
@@ -156,5 +154,4 @@ class PdfFile {
   std::vector<std::string> pictures_;
   std::vector<PdfPage> pages_;
 };
-
 }  // namespace tapestry::shell

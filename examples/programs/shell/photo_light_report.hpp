@@ -1,9 +1,7 @@
 #pragma once
-
 #include "export_check.hpp"
 
 namespace tapestry::shell {
-
 /// Colours of a car as a photograph shows them: of its paint, and of faces of another colour.
 inline Array<float, 2> observed_colours(const camouflage::View<float>& view, const raster::PaintedMesh& car) {
   const raster::EstimatedLight& estimate = *view.photo_light;
@@ -99,5 +97,4 @@ class PhotoLightReport {
 
   Json json_ = Json::object();
 };
-
 }  // namespace tapestry::shell

@@ -1,12 +1,10 @@
 #pragma once
 #include <cctype>
 #include <tapestry/io/jpeg_file.hpp>
-
 #include "../../scenes/photograph.hpp"
 #include "formatted.hpp"
 
 namespace tapestry::shell {
-
 /// A photograph to put a car into.
 struct Photograph {
   std::string path;
@@ -135,5 +133,4 @@ inline PhotographShares shares_of(const std::vector<Photograph>& all, std::size_
   const bool name_places = std::ranges::adjacent_find(all, {}, place_of) != all.end();
   return {{all.begin(), middle}, {middle, all.end()}, name_places && is_apart(border)};
 }
-
 }  // namespace tapestry::shell

@@ -1,10 +1,8 @@
 #pragma once
-
 #include "detector_inputs.hpp"
 #include "drawn_boxes.hpp"
 
 namespace tapestry::shell {
-
 /// Detections in a picture, most confident first; boxes in pixels of the picture.
 /// \param name  of the picture, for messages
 /// \throws NumericError for logits that are not finite
@@ -43,5 +41,4 @@ inline MarkedPicture marked(Bitmap picture, const std::vector<detect::Detection>
         {d.box, label_of(class_name(d.class_index, names), d.confidence), class_colour(d.class_index)});
   return result;
 }
-
 }  // namespace tapestry::shell

@@ -3,9 +3,7 @@
 #include <tapestry/io/text_lines.hpp>
 
 namespace tapestry::shell {
-
 namespace detail {
-
 /// The paths of a list, one a line; relative ones begin at the list's folder, empty lines are skipped.
 inline std::vector<std::string> pictures_of_list(const std::string& path) {
   const std::string text = io::read_text_file(path, std::uint64_t(1) << 28U);
@@ -18,7 +16,6 @@ inline std::vector<std::string> pictures_of_list(const std::string& path) {
   if (pictures.empty()) lines.fail_at(0, "no pictures in the list", "a path a line", "none");
   return pictures;
 }
-
 }  // namespace detail
 
 /// The pictures of some arguments: files; folders, with the pictures and frames in them, sorted; and lists
@@ -48,5 +45,4 @@ inline std::vector<std::string> pictures_named(const std::vector<std::string>& a
   }
   return pictures;
 }
-
 }  // namespace tapestry::shell

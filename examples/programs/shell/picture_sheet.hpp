@@ -1,10 +1,8 @@
 #pragma once
 #include <tapestry/image/resize.hpp>
-
 #include "contact_sheet.hpp"
 
 namespace tapestry::shell {
-
 /// Shrinks a picture and its boxes until no side is longer than `side` pixels.
 inline MarkedPicture fitted_within(MarkedPicture marked, std::size_t side) {
   const auto longer = [&] { return std::max(marked.picture.shape(0), marked.picture.shape(1)); };
@@ -69,5 +67,4 @@ class PictureSheet {
   std::size_t pictures_, shown_, columns_, side_;
   std::vector<std::pair<std::string, MarkedPicture>> cells_;
 };
-
 }  // namespace tapestry::shell

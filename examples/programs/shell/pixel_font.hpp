@@ -7,14 +7,12 @@
 /// goes below the line, and is drawn as it stands or with each of its pixels as a square of several.
 
 namespace tapestry::shell {
-
 using Bitmap = Array<std::uint8_t, 3>;  // [H, W, 3], RGB
 using Colour = std::array<std::uint8_t, 3>;
 
 inline constexpr long glyph_width = 5, glyph_height = 9, glyph_advance = glyph_width + 1;
 
 namespace detail {
-
 /// Printable ASCII from the space on, then a box for what is none: rows of five pixels from the top, each
 /// after a space.
 // clang-format off
@@ -75,7 +73,6 @@ inline constexpr std::array<std::string_view, 96> glyphs{
 // clang-format on
 
 inline bool continues_character(unsigned char byte) { return (byte & 0xC0U) == 0x80U; }
-
 }  // namespace detail
 
 /// Fills the part of a rectangle that lies in the picture; right and bottom lie beyond it.
@@ -110,5 +107,4 @@ inline void draw_text(Bitmap& bitmap, long left, long top, std::string_view text
     left += glyph_advance * scale;
   }
 }
-
 }  // namespace tapestry::shell

@@ -1,12 +1,10 @@
 #pragma once
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/evaluate/average_precision.hpp>
-
 #include "csv.hpp"
 #include "run_folder.hpp"
 
 namespace tapestry::shell {
-
 inline std::vector<std::pair<const char*, std::optional<double>>> named_measures(
     const evaluate::PrecisionSummary& s) {
   return {{"ap", s.ap},
@@ -84,5 +82,4 @@ inline Json precision_json(const evaluate::AveragePrecision& result, const std::
   json["classes"] = classes;
   return json;
 }
-
 }  // namespace tapestry::shell

@@ -1,13 +1,11 @@
 #pragma once
 #include <cmath>
-
 #include "formatted.hpp"
 #include "pdf_file.hpp"
 
 /// \file Additions to the content of a printed sheet: marks to cut at, a ruler, and colours to measure.
 
 namespace tapestry::shell {
-
 /// A size of paper, centimetres, upright.
 struct Paper {
   const char* name;
@@ -89,5 +87,4 @@ inline void draw_colours(PdfPage& page) {
   page.line({left, bottom + height}, {right, bottom + height}, 0.3);
   page.line({right, bottom}, {right, bottom + height}, 0.3);
 }
-
 }  // namespace tapestry::shell

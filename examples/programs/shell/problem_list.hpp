@@ -3,11 +3,9 @@
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/file_source.hpp>
 #include <tapestry/io/text_lines.hpp>
-
 #include "formatted.hpp"
 
 namespace tapestry::shell {
-
 /// Choices of an option: the names of an enumeration's values, or of a table's rows.
 template <class Values>
 std::vector<std::string> names_of(const Values& values) {
@@ -84,5 +82,4 @@ class ProblemList {
  private:
   std::vector<Error> problems_;
 };
-
 }  // namespace tapestry::shell

@@ -5,7 +5,6 @@
 /// program depends on whether MPI is there.
 
 namespace tapestry::shell {
-
 /// Place of this process among those that mpirun has started together.
 struct ProcessPlace {
   std::size_t count = 1;
@@ -25,5 +24,4 @@ void abandon_processes(int exit_code);
 
 /// Leaves the other processes, before this one ends.
 void leave_processes();
-
 }  // namespace tapestry::shell

@@ -1,10 +1,6 @@
 #pragma once
 #include <chrono>
-#include <exception>
-#include <filesystem>
-#include <new>
 #include <tapestry/core/parallel.hpp>
-
 #include "command_line.hpp"
 #include "formatted.hpp"
 #include "output_claim.hpp"
@@ -12,7 +8,6 @@
 #include "verbosity.hpp"
 
 namespace tapestry::shell {
-
 inline constexpr int exit_internal_fault = 1;
 
 /// Bytes that the process was limited to; 0 where those of the machine are unknown.
@@ -87,5 +82,4 @@ int run_program(CLI::App& app, int argc, char** argv, Body body) {
     return fail("internal fault: " + for_terminal(error.what()), exit_internal_fault);
   }
 }
-
 }  // namespace tapestry::shell

@@ -1,12 +1,10 @@
 #pragma once
 #include <chrono>
 #include <tapestry/core/parallel.hpp>
-
 #include "formatted.hpp"
 #include "verbosity.hpp"
 
 namespace tapestry::shell {
-
 /// "1:05:09", "12:03" or "8 s".
 inline std::string duration_text(double seconds) {
   const auto whole = static_cast<long long>(seconds + 0.5);
@@ -69,5 +67,4 @@ class MeasuringProgress {
   Clock::time_point start_ = Clock::now();
   ProgressLine line_;
 };
-
 }  // namespace tapestry::shell

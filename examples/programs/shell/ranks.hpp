@@ -4,11 +4,9 @@
 #include <tapestry/core/error.hpp>
 #include <tapestry/core/platform.hpp>
 #include <type_traits>
-
 #include "processes.hpp"
 
 namespace tapestry::shell {
-
 /// The processes of one program that mpirun has started to share its work; without mpirun only this process.
 /// Values are combined in the order of ranks, so that results do not depend on the number of ranks. Only the
 /// first rank prints and writes files.
@@ -90,5 +88,4 @@ class Ranks {
   std::size_t count_ = 1, index_ = 0;
   int error_stream_ = 2;
 };
-
 }  // namespace tapestry::shell

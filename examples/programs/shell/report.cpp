@@ -4,7 +4,6 @@
 #include "verbosity.hpp"
 
 namespace tapestry::shell {
-
 Json json_of(const evaluate::FateCounts& fates) {
   Json json = Json::object();
   for (std::size_t i = 0; i < fates.pictures.size(); ++i) json[evaluate::fate_names[i]] = fates.pictures[i];
@@ -130,7 +129,6 @@ std::string effect_note(const evaluate::Effect& effect) {
 }
 
 namespace {
-
 /// A line of the table with the fates of a car that is not always found; empty if it always is.
 std::string fates_line(const evaluate::Measurement& row) {
   using evaluate::Fate;
@@ -143,7 +141,6 @@ std::string fates_line(const evaluate::Measurement& row) {
   return text + ", misplaced " + std::to_string(row.fates.of(Fate::misplaced)) + ", lost " +
          std::to_string(row.fates.of(Fate::lost)) + "\n";
 }
-
 }  // namespace
 
 std::string verdict_of(const RunReport& report) {
@@ -188,5 +185,4 @@ std::string summary_text(const RunReport& report) {
   if (report.noise_in_place) text += "  " + in_place_text(*report.noise_in_place) + "\n";
   return text;
 }
-
 }  // namespace tapestry::shell

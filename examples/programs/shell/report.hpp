@@ -1,12 +1,10 @@
 #pragma once
 #include <tapestry/camouflage/objective.hpp>
 #include <tapestry/evaluate/measurement.hpp>
-
 #include "formatted.hpp"
 #include "run_folder.hpp"
 
 namespace tapestry::shell {
-
 // The result of a measurement in words.
 
 /// Odds to three digits, or "above 100" or "below 0.01".
@@ -48,7 +46,6 @@ struct VerdictFigures {
 };
 
 namespace detail {
-
 /// Fates of the pictures without a found car, each with its count: "lost in 29, misplaced in 35".
 inline std::string lost_text(const FoundCar& car, const std::vector<std::string>& names) {
   using evaluate::Fate;
@@ -88,7 +85,6 @@ inline std::string effect_words(const VerdictFigures& figures) {
   return hides ? "the paint hides the car, and so does noise of the same colours: " + nothing_shown
                : nothing_shown;
 }
-
 }  // namespace detail
 
 /// One sentence: the number of views with a found car under the paint, under noise of its colours and plain,
@@ -171,5 +167,4 @@ std::string verdict_of(const RunReport& report);
 
 /// The verdict and the table that a run prints at its end.
 std::string summary_text(const RunReport& report);
-
 }  // namespace tapestry::shell

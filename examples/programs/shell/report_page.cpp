@@ -7,7 +7,6 @@
 #include "report_script.hpp"
 
 namespace tapestry::shell {
-
 std::string repeating_line(const std::string& program, const Json& settings, const Json& left_out) {
   std::vector<std::string> words{program};
   for (const auto& [name, value] : settings.items()) {
@@ -26,7 +25,6 @@ std::string repeating_line(const std::string& program, const Json& settings, con
 }
 
 namespace {
-
 /// A curve with its least and greatest value; empty for a constant one.
 std::string curve_svg(const Curve& curve) {
   const auto& [name, values, over] = curve;
@@ -177,7 +175,6 @@ std::string atlases_html(const ReportPage& page) {
   }
   return html + "</div>\n";
 }
-
 }  // namespace
 
 std::string page_html(const ReportPage& page) {
@@ -203,5 +200,4 @@ std::string page_html(const ReportPage& page) {
   const std::size_t of_script = page_end(Json()).size();
   return html + page_end(page_data(page, html.size() + of_script));
 }
-
 }  // namespace tapestry::shell

@@ -1,11 +1,9 @@
 #pragma once
 #include <tapestry/io/image_file.hpp>
-
 #include "contact_sheet.hpp"
 #include "view_list.hpp"
 
 namespace tapestry::shell {
-
 /// A curve over the steps of a run, or over what else it has a value for each.
 struct Curve {
   std::string name;
@@ -62,5 +60,4 @@ inline constexpr std::size_t most_bytes_of_a_page = 4'000'000;
 /// through, findings, each view in a list that sorts and filters, the car to turn, the paint, curves, links
 /// to the files beside it, and the options. A car of over 1.5 MB is linked instead.
 std::string page_html(const ReportPage& page);
-
 }  // namespace tapestry::shell

@@ -1,12 +1,10 @@
 #pragma once
-
 #include "run_folder.hpp"
 
 /// \file
 /// Styles and scripts that page_html() puts into a page beside its text. Nothing is loaded from elsewhere.
 
 namespace tapestry::shell {
-
 /// Style of a list of views; in print without the controls.
 inline constexpr const char* list_style =
     R"(#views th { cursor: pointer } #views th[aria-sort=ascending]::after { content: " \2191" }
@@ -267,5 +265,4 @@ inline std::string page_end(const Json& data) {
   for (const char c : data.dump()) text += c == '<' ? "\\u003c" : std::string(1, c);  // "<" may end it
   return text + "</script>\n<script>\n" + report_script + "</script>\n</body></html>\n";
 }
-
 }  // namespace tapestry::shell

@@ -1,9 +1,7 @@
 #pragma once
-
 #include "survey_watch.hpp"
 
 namespace tapestry::shell {
-
 class ReshapedViews {
  public:
   /// \param settings  of the views of the original car; here unpainted faces show their materials, since a
@@ -40,5 +38,4 @@ class ReshapedViews {
   std::unique_ptr<const raster::PaintedMesh> car_;  // which the store refers to
   std::unique_ptr<camouflage::ViewStore<float>> store_;
 };
-
 }  // namespace tapestry::shell

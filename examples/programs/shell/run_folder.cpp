@@ -6,7 +6,6 @@
 #include "formatted.hpp"
 
 namespace tapestry::shell {
-
 void write_text(const std::string& path, const std::string& text) { io::write_file_atomically(path, text); }
 
 void make_writable_folder(const std::string& folder) {
@@ -111,5 +110,4 @@ Json recorded_inputs() {
                         {"read_as", record.roles}});
   return inputs;
 }
-
 }  // namespace tapestry::shell

@@ -1,11 +1,9 @@
 #pragma once
 #include <tapestry/io/input_ledger.hpp>
 #include <tapestry/io/json.hpp>
-
 #include "output_claim.hpp"
 
 namespace tapestry::shell {
-
 using Json = nlohmann::ordered_json;
 
 void write_text(const std::string& path, const std::string& text);
@@ -56,5 +54,4 @@ void require_file_of(const std::string& folder, const std::string& file, const s
 /// Every file that the program's ledger has recorded so far, in the order of the paths, with size, SHA-256
 /// and roles, see io::InputLedger::Role.
 [[nodiscard]] Json recorded_inputs();
-
 }  // namespace tapestry::shell

@@ -3,7 +3,6 @@
 #include <tapestry/core/in_quotes.hpp>
 
 namespace tapestry::shell {
-
 std::string manifest_path(const std::string& folder) { return folder + "/manifest.json"; }
 
 Json make_manifest(const std::string& program, const Json& settings, std::uint64_t seed, bool held_out) {
@@ -85,5 +84,4 @@ void require_same_inputs(const Json& manifest, const std::string& folder) {
   if (!changed.empty())
     throw Error(ErrorKind::in_use, folder + ": cannot resume, inputs have changed: " + text_of(changed));
 }
-
 }  // namespace tapestry::shell

@@ -1,9 +1,7 @@
 #pragma once
-
 #include "run_folder.hpp"
 
 namespace tapestry::shell {
-
 // The file manifest.json of a run holds the options, the hashes of the inputs, and the facts of
 // computed_by().
 
@@ -42,5 +40,4 @@ std::string text_of(const std::vector<ChangedInput>& changed);
 
 /// \throws Error (in_use) unless the run in a folder has the inputs of this manifest
 void require_same_inputs(const Json& manifest, const std::string& folder);
-
 }  // namespace tapestry::shell

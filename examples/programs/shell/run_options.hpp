@@ -1,5 +1,4 @@
 #pragma once
-
 #include "program.hpp"
 #include "progress.hpp"
 #include "run_origin.hpp"
@@ -7,7 +6,6 @@
 #include "stop_signal.hpp"
 
 namespace tapestry::shell {
-
 /// Options of every program that works in its own folder and can be resumed there.
 struct RunOptions {
   std::string output;
@@ -182,5 +180,4 @@ int run_resumable(const std::string& folder, const std::string& resume_line, Bod
     return StopSignal::exit_code();
   }
 }
-
 }  // namespace tapestry::shell

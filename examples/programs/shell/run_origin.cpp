@@ -185,5 +185,4 @@ std::vector<std::string> warnings_about_outputs(const std::string& run, const st
   }
   return warnings;
 }
-
 }  // namespace tapestry::shell

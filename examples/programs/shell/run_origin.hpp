@@ -1,10 +1,8 @@
 #pragma once
 #include <functional>
-
 #include "run_manifest.hpp"
 
 namespace tapestry::shell {
-
 // Sets the facts that decide a run's bits besides its options. Relative paths of its settings start where it
 // began, and its instruction set is taken over, wherever this processor has it. Differences that remain are
 // named: --resume, which promises the run's bits, refuses them unless they are accepted; a measurement warns.
@@ -58,5 +56,4 @@ void record_outputs(const std::string& run, const std::function<bool(const std::
 
 /// Warnings about files in a run's folder that the run has not written, except `compared`.
 std::vector<std::string> warnings_about_outputs(const std::string& run, const std::string& compared);
-
 }  // namespace tapestry::shell

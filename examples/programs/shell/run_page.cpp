@@ -4,9 +4,7 @@
 #include "word_table.hpp"
 
 namespace tapestry::shell {
-
 namespace {
-
 WordTable table_of(const RunReport& report) {
   WordTable table{
       "A view counts as found when a box of the car's class overlaps the car by IoU at least 0.5; the best "
@@ -57,7 +55,6 @@ std::string findings_html(const RunReport& report) {
         "do.";
   return html + "</p>\n";
 }
-
 }  // namespace
 
 ViewList list_of(const RunReport& report, std::vector<ViewFacts> views) {
@@ -83,5 +80,4 @@ void remark_on_photographs(ReportPage& page) {
     page.findings += "<p>" + escaped(words) + ".</p>\n";
   }
 }
-
 }  // namespace tapestry::shell

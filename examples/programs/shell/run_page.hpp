@@ -1,10 +1,8 @@
 #pragma once
-
 #include "report.hpp"
 #include "report_page.hpp"
 
 namespace tapestry::shell {
-
 /// \param report  must outlive the list
 ViewList list_of(const RunReport& report, std::vector<ViewFacts> views);
 
@@ -14,5 +12,4 @@ ReportPage page_of(const RunReport& report, std::string title, std::string comma
 
 /// Prints words_on_photographs() of a page's views, and adds them to its findings.
 void remark_on_photographs(ReportPage& page);
-
 }  // namespace tapestry::shell

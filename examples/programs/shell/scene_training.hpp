@@ -1,12 +1,10 @@
 #pragma once
-
 #include "../../scenes/scene.hpp"
 #include "progress.hpp"
 #include "settings.hpp"
 #include "stop_signal.hpp"
 
 namespace tapestry::shell {
-
 /// Options of programs that train a network on procedural street scenes: how long they train, and how often
 /// they save and measure.
 struct SceneTraining {
@@ -130,5 +128,4 @@ int run_training(const SceneTraining& s, const std::string& output, Train train)
     return StopSignal::exit_code();
   }
 }
-
 }  // namespace tapestry::shell

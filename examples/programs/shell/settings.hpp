@@ -4,11 +4,9 @@
 #include <tapestry/camouflage/method/methods.hpp>
 #include <tapestry/camouflage/objective_terms.hpp>
 #include <tapestry/image/transform/chain.hpp>
-
 #include "mesh_axes.hpp"
 
 namespace tapestry::shell {
-
 /// Car and pictures. Empty paths stand for the bundled files.
 struct SceneSettings {
   static constexpr const char* group = "Car and pictures";
@@ -360,5 +358,4 @@ void adopt_saved(const CLI::App& app, const nlohmann::ordered_json& saved, const
       value = previous;
   });
 }
-
 }  // namespace tapestry::shell

@@ -1,12 +1,10 @@
 #pragma once
-
 #include "moving_picture.hpp"
 #include "picture_sheet.hpp"
 #include "report_page.hpp"
 #include "survey_watch.hpp"
 
 namespace tapestry::shell {
-
 /// Textures whose pictures a page shows side by side, each with its words.
 inline const std::array<std::pair<std::string, std::string>, 4>& shown_textures() {
   static const std::array<std::pair<std::string, std::string>, 4> textures{
@@ -82,5 +80,4 @@ class SideBySide {
   std::array<std::vector<MarkedPicture>, 4> ways_;  ///< of shown_textures(); empty where not measured
   std::vector<std::size_t> places_;
 };
-
 }  // namespace tapestry::shell

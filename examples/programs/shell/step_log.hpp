@@ -1,11 +1,9 @@
 #pragma once
 #include <tapestry/camouflage/training.hpp>
-
 #include "csv.hpp"
 #include "progress.hpp"
 
 namespace tapestry::shell {
-
 // Reports of a run about its steps: on the terminal, in history.csv and, with --profile, at the end.
 
 /// \param first    steps taken before this process began
@@ -81,5 +79,4 @@ inline void print_kept_layers(const camouflage::KeptLayers<float>& kept) {
   std::printf("%.1f MiB, %.1f %% of all saved\n",
               static_cast<double>(kept.bytes()) / double(std::size_t(1) << 20U), 100 * kept.share());
 }
-
 }  // namespace tapestry::shell

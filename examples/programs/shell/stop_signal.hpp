@@ -1,9 +1,7 @@
 #pragma once
-
 #include "output_claim.hpp"
 
 namespace tapestry::shell {
-
 /// Thrown to leave long work after a signal; not an error.
 struct Stopped {};
 
@@ -37,5 +35,4 @@ class StopSignal {
 
   static inline volatile std::sig_atomic_t received = 0;
 };
-
 }  // namespace tapestry::shell

@@ -1,5 +1,4 @@
 #pragma once
-
 #include "contact_sheet.hpp"
 #include "inputs.hpp"
 #include "picture_detections.hpp"
@@ -9,7 +8,6 @@
 #include "view_list.hpp"
 
 namespace tapestry::shell {
-
 /// States the length of a car that is not 1 to 30 m long, and the right --scale; else empty.
 inline std::string word_on_size(const Car& car) {
   const double length = 2 * geometry::bounds_of(car.painted.mesh.positions).half_length();
@@ -153,5 +151,4 @@ class SurveyWatch {
   std::size_t side_;
   std::multimap<std::string, Collected> sheets_;
 };
-
 }  // namespace tapestry::shell

@@ -3,13 +3,11 @@
 #include <tapestry/io/image_file.hpp>
 #include <tapestry/io/mesh_writers.hpp>
 #include <tapestry/raster/face_charts.hpp>
-
 #include "formatted.hpp"
 #include "run_folder.hpp"
 #include "verbosity.hpp"
 
 namespace tapestry::shell {
-
 // A texture carries a description of how it lies on its mesh: inside texture.npz, and for an atlas x.png in
 // x.json beside it. Readers compare it with their mesh and options. Without it they have to assume.
 
@@ -169,5 +167,4 @@ inline camouflage::Paint<float> read_fitting_paint(const std::string& path, cons
   }
   return camouflage::read_paint(path, car.layout.texel_count(car.mesh));
 }
-
 }  // namespace tapestry::shell

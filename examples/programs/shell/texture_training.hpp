@@ -3,12 +3,10 @@
 #include <tapestry/io/text_lists.hpp>
 #include <tapestry/loss/printability.hpp>
 #include <tapestry/raster/used_texels.hpp>
-
 #include "settings.hpp"
 #include "texture_description.hpp"
 
 namespace tapestry::shell {
-
 // Beginning, length and resumption of a run that optimises a texture, shared by several programs.
 
 /// Default of --epochs. Drawn scenes are many and quick; frames may be few, or too many for more than the
@@ -81,5 +79,4 @@ inline void restore_training(const std::string& path, const std::string& identit
                          std::to_string(checkpoint.state.step)});
   training.restore(std::move(checkpoint.state));
 }
-
 }  // namespace tapestry::shell

@@ -4,7 +4,6 @@
 #include <tapestry/io/onnx/onnx_file.hpp>
 
 namespace tapestry::shell {
-
 // Functions shared by programs that train a Darknet detector.
 
 /// The text of the cfg for the weights to train: the file `cfg` or, if none is named, the one
@@ -32,5 +31,4 @@ inline double warm_cosine_rate(double highest, std::size_t step, std::size_t ste
   const double turned = std::numbers::pi * at / static_cast<double>(steps);
   return highest * std::min(1.0, at / warm_up) * (floor + (1 - floor) * (1 + std::cos(turned)) / 2);
 }
-
 }  // namespace tapestry::shell

@@ -1,11 +1,9 @@
 #pragma once
 #include <tapestry/camouflage/training.hpp>
 #include <tapestry/io/npy.hpp>
-
 #include "run_folder.hpp"
 
 namespace tapestry::shell {
-
 /// Views that a run does not optimise on. Each epoch's paint is tried on them, and the run ends with the best
 /// epoch's paint. The measure is the mean of the loss max_score over the views, whatever the run minimises:
 /// so runs of several losses and methods can be compared.
@@ -121,5 +119,4 @@ class Validation {
   std::vector<double> scores_{};      ///< after each epoch
   Array<float, 2> best_{};            ///< parameter of the best epoch
 };
-
 }  // namespace tapestry::shell

@@ -7,7 +7,6 @@
 #include <tapestry/core/platform.hpp>
 
 namespace tapestry::shell {
-
 /// Output of a program. With --quiet: results, warnings and errors. By default also progress and the names of
 /// written files. With --verbose every step, and at the end time and memory.
 enum class Verbosity { quiet, usual, verbose };
@@ -57,5 +56,4 @@ inline void tell_process_cost(double seconds) {
   std::fprintf(stderr, "%.2f s, %.0f MiB at most, %ld waits, %ld page faults\n", seconds, cost.peak_mib,
                cost.waits, cost.page_faults);
 }
-
 }  // namespace tapestry::shell

@@ -5,7 +5,6 @@
 #include "verbosity.hpp"
 
 namespace tapestry::shell {
-
 double car_share_of(const camouflage::View<float>& view) {
   double covered = 0;
   for (const float coverage : view.paint_to_picture->coverage) covered += static_cast<double>(coverage);
@@ -128,5 +127,4 @@ std::string list_html(const ViewList& list, const std::string& remarks) {
          std::string(list.views.size() > most_on_paper ? " hands" : "") +
          "\" tabindex=\"0\"><table id=\"views\"></table></div>\n";
 }
-
 }  // namespace tapestry::shell

@@ -1,10 +1,8 @@
 #pragma once
 #include <tapestry/evaluate/measurement.hpp>
-
 #include "run_folder.hpp"
 
 namespace tapestry::shell {
-
 struct ViewFacts {
   std::string name;
   double azimuth_deg;                    ///< of the camera; 0 in front of the car, 90 at its left
@@ -45,5 +43,4 @@ Json list_json(const ViewList& list);
 
 /// The heading and the empty table, which the script of a page fills. \param remarks HTML
 std::string list_html(const ViewList& list, const std::string& remarks);
-
 }  // namespace tapestry::shell

@@ -2,7 +2,6 @@
 #include <tapestry/detect/box_decode.hpp>
 
 namespace tapestry::shell {
-
 /// Counts boxes that no object has: the centre lies outside the picture, or the box is larger than the
 /// picture by half, or thinner than a quarter of a pixel. Outputs that are misread have such boxes.
 class WildBoxes {
@@ -29,5 +28,4 @@ class WildBoxes {
  private:
   std::size_t all_ = 0, wild_ = 0;
 };
-
 }  // namespace tapestry::shell

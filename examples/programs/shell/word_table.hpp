@@ -1,10 +1,8 @@
 #pragma once
 #include <cctype>
-
 #include "protocol/drawing.hpp"
 
 namespace tapestry::shell {
-
 /// A table of words, to be shown as text, Markdown or HTML. Its first column is aligned left, the others
 /// right.
 struct WordTable {
@@ -109,5 +107,4 @@ inline std::string latex_of(const WordTable& table) {
   for (const auto& row : table.rows) add(row);
   return text + "\\bottomrule\n\\end{tabular}\n\\end{table}\n\n";
 }
-
 }  // namespace tapestry::shell

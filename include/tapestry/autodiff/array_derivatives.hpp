@@ -1,11 +1,9 @@
 #pragma once
-#include <numeric>
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/compressed_jacobian.hpp>
 #include <tapestry/autodiff/gradient_check.hpp>
 
 namespace tapestry {
-
 /// The entries of d root / d variable in the plan's pattern, in its order: one reverse() for each colour of
 /// its rows, which are elements of the root that share no element of the variable. Rows and columns are
 /// elements in row-major order. The caller makes the pattern from the operations, since a tape does not
@@ -123,5 +121,4 @@ template <class Function, std::size_t Rank>
   };
   return check_gradient(slope, x, std::get<0>(hessian_product(f, x, v).product), options);
 }
-
 }  // namespace tapestry

@@ -6,7 +6,6 @@
 
 namespace tapestry {
 namespace detail {
-
 /// The adjoint of one array on a tape, allocated when first needed; in sweeps of several roots, one for each
 /// root, chosen by the tape's AdjointLane. Shared by the tape's record and the variables that name it; the
 /// record detaches it when the tape forgets it.
@@ -217,5 +216,4 @@ template <class T, std::size_t Rank>
     return {array.shared_value(), nullptr, detail::Link{}};
   }
 }
-
 }  // namespace tapestry

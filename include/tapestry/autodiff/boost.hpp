@@ -31,11 +31,9 @@ template <std::floating_point T, class Policy>
 [[nodiscard]] int iround(const Variable<T>& x, const Policy&) {
   return detail::whole_number<int>("iround", std::round(x.value()));
 }
-
 }  // namespace tapestry
 
 namespace boost::math::tools {
-
 template <class T>
 struct promote_arg;
 
@@ -67,11 +65,9 @@ std::pair<T, T> bisect(Function, T low, T high, Tolerance, std::uintmax_t&, cons
                 "tapestry::implicit_function()");
   return {low, high};
 }
-
 }  // namespace boost::math::tools
 
 namespace boost::numeric::odeint {
-
 template <class State, class Enabler>
 struct norm_result_type;
 
@@ -81,5 +77,4 @@ requires tapestry::ScalarExpression<typename State::value_type>
 struct norm_result_type<State, void> {
   using type = typename State::value_type;
 };
-
 }  // namespace boost::numeric::odeint

@@ -4,7 +4,6 @@
 
 namespace tapestry {
 namespace detail {
-
 template <class T>
 [[nodiscard]] std::vector<Variable<T>> passive_copies(std::span<const Variable<T>> variables) {
   std::vector<Variable<T>> copies;
@@ -171,5 +170,4 @@ template <class T, class Function>
   return detail::record_checkpoint<T>(detail::FunctionPart<T, Function>{std::move(function)},
                                       {inputs.begin(), inputs.end()}, std::move(results));
 }
-
 }  // namespace tapestry

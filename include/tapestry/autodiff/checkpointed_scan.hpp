@@ -3,7 +3,6 @@
 
 namespace tapestry {
 namespace detail {
-
 /// Number of steps that can be reversed with `snapshots` states kept, each step computed at most `repeats`
 /// times beforehand: (snapshots + repeats)! / (snapshots! repeats!), or `enough` if that is less.
 [[nodiscard]] inline std::size_t reversible_steps(std::size_t snapshots, std::size_t repeats,
@@ -185,5 +184,4 @@ template <class T, class Step>
       detail::ScanPart<T, Step>{std::move(step), step_count, std::max<std::size_t>(most_states, 2) - 1},
       std::move(inputs), std::move(state));
 }
-
 }  // namespace tapestry

@@ -4,7 +4,6 @@
 #include <tapestry/autodiff/jacobian.hpp>
 
 namespace tapestry {
-
 /// Plan for computing a Jacobian of a known pattern in few sweeps: backwards for rows that share no column,
 /// or forwards for columns that share no row, whichever takes fewer colours; backwards at a tie.
 class JacobianPlan {
@@ -152,9 +151,8 @@ template <std::floating_point T>
 }
 
 /// The entries of d roots / d variables in the plan's pattern, in its order, from the tape's recording.
-/// Entries that the pattern wrongly leaves out are added to others. Sweeps a tape
-/// with pullbacks backwards, whichever way the plan goes, and calls each pullback
-/// once for each colour of the rows.
+/// Entries that the pattern wrongly leaves out are added to others. Sweeps a tape with pullbacks backwards,
+/// whichever way the plan goes, and calls each pullback once for each colour of the rows.
 /// \throws DomainError if a root or a variable is not on the tape, or there are not as many roots, variables
 ///         and values as the pattern has
 template <std::floating_point T>
@@ -171,5 +169,4 @@ void compressed_jacobian(const Tape<T>& tape, std::span<const std::type_identity
     detail::compressed_backwards<T>(state, roots, variables, plan, values);
   }
 }
-
 }  // namespace tapestry

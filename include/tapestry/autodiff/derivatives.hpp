@@ -5,7 +5,6 @@
 #include <tapestry/autodiff/functions.hpp>
 
 namespace tapestry {
-
 // Derivatives of a function of one number, f(x), or of many, f(std::span<const S>), written for any scalar
 // type S. The duals are tagged by the function's own type, so that a derivative taken inside another cannot
 // mix up its directions with the outer one's: such a mixture does not compile.
@@ -220,13 +219,12 @@ template <std::floating_point T = double, class Function>
 
 /// The Hessian at x, exact but for rounding, row by row: [n·n]. Eight columns a sweep.
 ///
-/// A second derivative that is not known is NaN, and counted in `unknown`. Where f has a kink or an
-/// infinite slope, as |x| and √x at 0, first derivatives do not decide the second ones: f is computed
-/// anew at some dozens of points around x, a few roundings away. Second derivatives that agree there are
-/// the Hessian, as 2 for |x|² and the identity for half of norm(x)². Where the gradient jumps or they
-/// differ, there is none. The same for hessian_product(), HessianProducts and sparse_hessian(), and for
-/// a derivative() within a derivative(). Duals of duals by hand, and tapes of duals, use x
-/// alone; see Dual for their rule.
+/// A second derivative that is not known is NaN, and counted in `unknown`. Where f has a kink or an infinite
+/// slope, as |x| and √x at 0, first derivatives do not decide the second ones: f is computed anew at some
+/// dozens of points around x, a few roundings away. Second derivatives that agree there are the Hessian, as 2
+/// for |x|² and the identity for half of norm(x)². Where the gradient jumps or they differ, there is none.
+/// The same for hessian_product(), HessianProducts and sparse_hessian(), and for a derivative() within a
+/// derivative(). Duals of duals by hand, and tapes of duals, use x alone; see Dual for their rule.
 ///
 ///   const auto h = hessian(f, x);
 ///   if (h.unknown > 0) throw NumericError(h.description());
@@ -265,5 +263,4 @@ template <std::floating_point T = double, class Function>
 [[nodiscard]] std::vector<T> forward_jacobian(const Function& f, Point<std::type_identity_t<T>> x) {
   return detail::jacobian_by_duals<T>(f, x).entries;
 }
-
 }  // namespace tapestry

@@ -3,7 +3,6 @@
 #include <tapestry/autodiff/jacobian.hpp>
 
 namespace tapestry {
-
 // The derivatives of derivatives.hpp and jacobian.hpp for Eigen: of a function of a column vector, with
 // shapes. The function is called with an Eigen::Map<const Eigen::Matrix<S, N, 1>> of any scalar type S:
 //
@@ -116,5 +115,4 @@ template <class Function, detail::EigenPoint X>
   constexpr int rows = decltype(of_span)::template rows_of_results<T>;
   return detail::as_matrix<rows, columns>(found.entries, static_cast<Eigen::Index>(found.rows), x.size());
 }
-
 }  // namespace tapestry

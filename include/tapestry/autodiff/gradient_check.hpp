@@ -7,7 +7,6 @@
 #include <tapestry/core/random.hpp>
 
 namespace tapestry {
-
 /// Settings of a gradient check.
 struct GradientCheckOptions {
   double tolerance = 1e-6;  ///< largest relative error that passes
@@ -192,11 +191,10 @@ inline std::string GradientReport::line(const GradientCheckEntry& entry) {
 
 /// Compares a gradient with central differences of the function, entry by entry.
 ///
-/// Relative errors are taken against the larger of the two numbers, but at least against the smallest
-/// size that differences resolve to the tolerance: the options' rounding, in ε|f|/h, over tolerance.
-/// Where the two disagree, one-sided differences at h, h/2 and h/4 distinguish a kink or jump of the
-/// function within the step from a wrong gradient. A kink proves nothing about the gradient: such
-/// entries are listed apart.
+/// Relative errors are taken against the larger of the two numbers, but at least against the smallest size
+/// that differences resolve to the tolerance: the options' rounding, in ε|f|/h, over tolerance. Where the two
+/// disagree, one-sided differences at h, h/2 and h/4 distinguish a kink or jump of the function within the
+/// step from a wrong gradient. A kink proves nothing about the gradient: such entries are listed apart.
 ///
 /// \param f         from const Array<double, Rank>& to double
 /// \param x         the point
@@ -285,5 +283,4 @@ template <class Function>
   }
   return report;
 }
-
 }  // namespace tapestry

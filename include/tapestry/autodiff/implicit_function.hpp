@@ -5,7 +5,6 @@
 
 namespace tapestry {
 namespace detail {
-
 /// The solution of equations, as the statements behind it. The way to it is not recorded.
 template <class T, class Residual>
 class ImplicitRecord final : public TapeRecord<T> {
@@ -101,5 +100,4 @@ template <std::floating_point T, class Residual>
   for (Variable<T>& result : results) result = {result.value(), state.append_input()};
   return results;
 }
-
 }  // namespace tapestry

@@ -3,7 +3,6 @@
 #include <tapestry/autodiff/detail/tape/vector_sweep.hpp>
 
 namespace tapestry {
-
 namespace detail {
 /// Calls visit for each statement that is a result of a record; the record stands before it.
 template <class T, class Visit>
@@ -187,5 +186,4 @@ template <std::floating_point T = double, class Function>
   for (const Variable<T>& root : roots) result.values.push_back(root.value());
   return result;
 }
-
 }  // namespace tapestry

@@ -4,7 +4,6 @@
 
 namespace tapestry {
 namespace detail {
-
 /// The pattern with the transpose of each entry. \throws DomainError unless it is square
 [[nodiscard]] inline JacobianPattern symmetrised(const JacobianPattern& pattern) {
   if (pattern.row_count() != pattern.column_count())
@@ -55,10 +54,9 @@ namespace detail {
 /// Pattern of the second derivatives of f that may differ from 0, in both triangles, with nothing left out.
 /// It is found by computing f once with numbers that track which inputs they depend on. Operations count by
 /// their kind, not by their values at x: x[0] * x[1] makes these two meet, exp(x[0]) makes x[0] meet itself,
-/// max(), abs() and their like make none meet. So the pattern serves every point where comparisons in f
-/// have the same results. It may hold an entry too many, where terms cancel, as in (x + y)² − (x − y)²,
-/// or a power is 1. Time and memory grow with f and with the pattern; sums that only enter
-/// further sums cost nothing.
+/// max(), abs() and their like make none meet. So the pattern serves every point where comparisons in f have
+/// the same results. It may hold an entry too many, where terms cancel, as in (x + y)² − (x − y)², or a power
+/// is 1. Time and memory grow with f and with the pattern; sums that only enter further sums cost nothing.
 ///
 ///   const HessianPlan plan(hessian_pattern(f, x));
 ///
@@ -152,5 +150,4 @@ template <std::floating_point T = double, class Function>
   };
   return detail::known_curvature<T>(x, evaluate, [&](std::size_t e) { return places[e]; }).second;
 }
-
 }  // namespace tapestry

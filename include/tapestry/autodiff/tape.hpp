@@ -22,7 +22,6 @@
 /// and checkpoint.hpp are built on these.
 
 namespace tapestry {
-
 template <class T>
 class Variable;
 
@@ -87,13 +86,12 @@ class ActiveScope {
 ///   Variable<double> y = x * x + x;
 ///   tape.reverse(y);                    // x.adjoint() == 5
 ///
-/// Scalar statements (variable.hpp) and array operations (array_variable.hpp, record.hpp) share the tape,
-/// in the order in which they ran. An operation whose inputs are all passive is not recorded.
-/// Every thread has its own active tape for each T; one tape serves one thread at a time,
-/// activating it on two is a DomainError. A variable of another tape, or of a tape since cleared
-/// or rewound, is a DomainError wherever it is used. An exception in the middle of a recording
-/// leaves the tape unchanged by that operation. A tape can be moved, also while active; the
-/// source is then an empty tape.
+/// Scalar statements (variable.hpp) and array operations (array_variable.hpp, record.hpp) share the tape, in
+/// the order in which they ran. An operation whose inputs are all passive is not recorded. Every thread has
+/// its own active tape for each T; one tape serves one thread at a time, activating it on two is a
+/// DomainError. A variable of another tape, or of a tape since cleared or rewound, is a DomainError wherever
+/// it is used. An exception in the middle of a recording leaves the tape unchanged by that operation. A tape
+/// can be moved, also while active; the source is then an empty tape.
 template <class T>
 class Tape {
  public:
@@ -189,11 +187,10 @@ class Tape {
   [[nodiscard]] ZeroProducts zero_products() const { return detail::zero_products(state()); }
 
   /// Sets every variable's adjoint to seed · d root / d variable. Adjoints start from zero each time, so that
-  /// a second call repeats the first and does not add to it. A passive root is no error: every
-  /// adjoint is then zero. A zero passes nothing on, see zero_products(). Where an infinite adjoint
-  /// or a NaN has met a zero partial derivative, sweeps a second time by that rule: pullbacks are
-  /// then called again. If a pullback throws, so does this; the tape stays usable, with the
-  /// adjoints computed so far.
+  /// a second call repeats the first and does not add to it. A passive root is no error: every adjoint is
+  /// then zero. A zero passes nothing on, see zero_products(). Where an infinite adjoint or a NaN has met a
+  /// zero partial derivative, sweeps a second time by that rule: pullbacks are then called again. If a
+  /// pullback throws, so does this; the tape stays usable, with the adjoints computed so far.
   /// \throws DomainError if root is not on this tape, or if called from within a pullback
   void reverse(const Variable<T>& root, T seed = T(1)) {
     const detail::Link link = root.link();
@@ -266,5 +263,4 @@ class Tape {
 
   mutable detail::Shared<detail::TapeState<T>> state_;  // made when first needed
 };
-
 }  // namespace tapestry

@@ -5,7 +5,6 @@
 #include <tapestry/autodiff/tape.hpp>
 
 namespace tapestry {
-
 /// Counts of a tape's contents; see tape_statistics().
 struct TapeStatistics {
   /// Statements of one kind.
@@ -58,7 +57,6 @@ struct TapeStatistics {
 };
 
 namespace detail {
-
 /// A readable name of a callable's type: for a lambda the function that it stands in, else the type without
 /// template arguments; without our namespace. Read from the mangled name of the Itanium ABI, as GCC and Clang
 /// make it: their demangler fails for some lambdas. "Z" begins a name within a function, "N" one of several
@@ -166,5 +164,4 @@ template <class T>
   });
   return result;
 }
-
 }  // namespace tapestry

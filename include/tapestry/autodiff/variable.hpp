@@ -4,7 +4,6 @@
 #include <tapestry/autodiff/tape.hpp>
 
 namespace tapestry {
-
 /// A scalar that a tape can differentiate by. Numbers convert to passive variables, which cost no tape.
 /// Formulas of variables are evaluated and recorded, as one statement, when they become a Variable. Write
 /// `Variable<T> y = x * x;`, since `auto` would keep the formula (safely, by value) and evaluate it anew
@@ -122,5 +121,4 @@ template <class T>
   state.note_value(link, static_cast<double>(detail::value_of<detail::Base<T>>(value)));
   return {value, link};
 }
-
 }  // namespace tapestry

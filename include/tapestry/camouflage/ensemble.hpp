@@ -5,7 +5,6 @@
 #include <tapestry/detect/kept_picture.hpp>
 
 namespace tapestry::camouflage {
-
 /// Least share of a pass's multiply-adds that a view's window must leave out for its layers to be kept. Below
 /// it, keeping costs as much as it saves: copies, and passes over one picture each instead of a batch. With a
 /// share of .18, the mean over the bundled views, a run takes the same time and twice the memory.
@@ -114,5 +113,4 @@ class Ensemble {
 };
 
 extern template class Ensemble<float>;
-
 }  // namespace tapestry::camouflage

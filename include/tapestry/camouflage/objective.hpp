@@ -12,7 +12,6 @@
 /// Read next: paint.hpp, view.hpp, ensemble.hpp, view_store.hpp, training.hpp; other designs: method/.
 
 namespace tapestry::camouflage {
-
 /// A part of the loss on the tape, and the values of its terms.
 template <std::floating_point T>
 struct Evaluated {
@@ -147,5 +146,4 @@ class Objective {
 };
 
 extern template class Objective<float>;
-
 }  // namespace tapestry::camouflage

@@ -2,7 +2,6 @@
 #include <tapestry/loss/adversarial.hpp>
 
 namespace tapestry::camouflage {
-
 /// μ = 1 stands for this factor before the sum of squared colour steps. The paper prints μ = 1 and its
 /// published program multiplies the sum by 1e-4; without the factor the sum, some thousands at 416
 /// pixels, drowns adversarial terms that never exceed ten.
@@ -94,5 +93,4 @@ template <class Term>
 /// \param share   above 0, at most 1
 /// \throws DomainError for a share out of range or without losses
 [[nodiscard]] std::vector<double> worst_view_weights(std::span<const double> losses, double share);
-
 }  // namespace tapestry::camouflage

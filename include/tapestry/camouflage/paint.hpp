@@ -1,12 +1,10 @@
 #pragma once
 #include <tapestry/autodiff/functions.hpp>
-#include <tapestry/autodiff/record.hpp>
 #include <tapestry/core/random.hpp>
 #include <tapestry/image/transform/colour_change.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::camouflage {
-
 /// Colours for a car, and which of them are paint; the others are the car's own and are not printed.
 template <std::floating_point T>
 struct Paint {
@@ -108,5 +106,4 @@ template <std::floating_point T>
 /// Every texel the same colour.
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> solid_colours(std::size_t texel_count, const std::array<double, 3>& colour);
-
 }  // namespace tapestry::camouflage

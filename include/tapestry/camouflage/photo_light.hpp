@@ -1,12 +1,9 @@
 #pragma once
-#include <functional>
-#include <span>
 #include <tapestry/io/frame.hpp>
 #include <tapestry/raster/estimated_light.hpp>
 #include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::camouflage {
-
 /// Settings for estimating the light of a place from the car in its photographs.
 struct PhotoLight {
   std::shared_ptr<const raster::AmbientOcclusion> occlusion{};  ///< the car's; null: no part is shaded
@@ -41,5 +38,4 @@ struct PhotoLight {
 [[nodiscard]] std::optional<raster::EstimatedLight> photo_light(std::span<const io::Frame> frames,
                                                                 const raster::PaintedMesh& car,
                                                                 const PhotoLight& settings);
-
 }  // namespace tapestry::camouflage

@@ -4,7 +4,6 @@
 #include <tapestry/loss/prediction.hpp>
 
 namespace tapestry::camouflage {
-
 /// One photograph of a view: the transformations of its picture, and the car's place in it.
 struct Shot {
   image::TransformationChain chain;
@@ -40,5 +39,4 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> photographed(const ArrayVariable<T, 4>& pictures,
                                                const PhotoSession* session);
-
 }  // namespace tapestry::camouflage

@@ -7,7 +7,6 @@
 #include <utility>
 
 namespace tapestry::camouflage {
-
 /// Seconds spent in each part of the optimisation, summed over steps and threads.
 struct StepTimes {
   double render = 0;             ///< texture → picture of the car, and its pullback
@@ -74,5 +73,4 @@ class StageClock {
 };
 
 extern template class StageClock<float>;
-
 }  // namespace tapestry::camouflage

@@ -2,7 +2,6 @@
 #include <tapestry/camouflage/training.hpp>
 
 namespace tapestry::camouflage {
-
 /// The layout of checkpoint files; a reader refuses others.
 inline constexpr std::uint64_t checkpoint_format = 2;
 
@@ -33,5 +32,4 @@ struct Checkpoint {
 ///         members that do not fit each other)
 template <std::floating_point T>
 [[nodiscard]] Checkpoint<T> read_checkpoint(const std::string& path);
-
 }  // namespace tapestry::camouflage

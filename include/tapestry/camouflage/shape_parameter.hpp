@@ -4,7 +4,6 @@
 #include <tapestry/raster/render_variable.hpp>
 
 namespace tapestry::camouflage {
-
 /// The shape of a car as a parameter p, a row for each of its V positions: position v moves by
 ///
 ///   reach · longest extent of the car · tanh p[w(v)],
@@ -75,5 +74,4 @@ struct RedrawnView {
 template <std::floating_point T>
 [[nodiscard]] RedrawnView<T> redrawn(const View<T>& view, const ShapeParameter& shape,
                                      const ArrayVariable<T, 2>& texels, const ArrayVariable<T, 2>& positions);
-
 }  // namespace tapestry::camouflage

@@ -4,7 +4,6 @@
 #include <tapestry/optim/adam.hpp>
 
 namespace tapestry::camouflage {
-
 /// Length, speed and conditions of a texture's training.
 struct TrainingOptions {
   std::size_t epochs = 5;
@@ -246,5 +245,4 @@ class Training {
 };
 
 extern template class Training<float>;
-
 }  // namespace tapestry::camouflage

@@ -4,7 +4,6 @@
 #include <tapestry/raster/texture_operator.hpp>
 
 namespace tapestry::camouflage {
-
 /// Inputs of a view's drawing, needed again when its car changes its shape.
 template <std::floating_point T>
 struct Sight {
@@ -59,7 +58,6 @@ namespace detail {
 /// the paint, not to its outline.
 template <std::floating_point T>
 Array<T, 2> interior_of(const Array<T, 2>& coverage);
-
 }  // namespace detail
 
 /// Inputs of a frame's drawing; parameters as for make_view().
@@ -105,5 +103,4 @@ template <std::floating_point T>
 /// picture_of() from the view's texels_of().
 template <std::floating_point T>
 [[nodiscard]] Array<T, 3> picture_of_texels(const View<T>& view, const Array<T, 2>& texels);
-
 }  // namespace tapestry::camouflage

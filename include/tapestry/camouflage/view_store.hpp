@@ -1,9 +1,7 @@
 #pragma once
-#include <mutex>
 #include <tapestry/camouflage/view.hpp>
 
 namespace tapestry::camouflage {
-
 /// Bytes of a prepared view, without small members.
 template <std::floating_point T>
 [[nodiscard]] std::size_t view_bytes(const View<T>& view);
@@ -135,5 +133,4 @@ template <std::floating_point T>
 [[nodiscard]] UsableViews usable_views(ViewStore<T>& store) {
   return usable_views(store, [](const View<T>&) {});
 }
-
 }  // namespace tapestry::camouflage

@@ -1,13 +1,11 @@
 #pragma once
 #include <algorithm>
 #include <concepts>
-#include <cstddef>
 #include <tapestry/core/detail/supported_target.hpp>
 #include <tapestry/core/platform/memory.hpp>
 #include <tuple>
 
 namespace tapestry {
-
 /// Array whose number of axes is fixed at compile time and whose elements are float or double.
 template <class T, std::size_t Rank>
 concept RealArray = std::floating_point<typename T::value_type> && std::tuple_size_v<typename T::shape_type>
@@ -20,7 +18,6 @@ concept Image = RealArray<T, 3>;
 /// Axes are row, column.
 template <class T>
 concept Mask = RealArray<T, 2>;
-
 }  // namespace tapestry
 
 // C's <complex.h> defines I, and xtensor has parameters of this name.
@@ -34,7 +31,6 @@ concept Mask = RealArray<T, 2>;
 #pragma pop_macro("I")
 
 namespace tapestry {
-
 /// The array type of Tapestry's interfaces: row-major, owning, number of axes fixed; large ones in memory
 /// that platform::PagePool keeps. An array of another allocator becomes one by Array<T, Rank>(other).
 template <class T, std::size_t Rank>
@@ -73,5 +69,4 @@ template <class To, class From, std::size_t Rank>
   for (std::size_t i = 0; i < from.size(); ++i) to.data()[i] = static_cast<To>(from.data()[i]);
   return to;
 }
-
 }  // namespace tapestry

@@ -2,7 +2,6 @@
 #include <tapestry/core/instruction_set.hpp>
 
 namespace tapestry::detail {
-
 // clang warns of loops that it did not vectorise. That is no mistake: bodies that call functions of <cmath>
 // never do. It warns at the function that the loop was inlined into, so functions that hold loops of any
 // bodies stand here and are never inlined.
@@ -15,8 +14,7 @@ namespace tapestry::detail {
 /// first-level cache.
 inline constexpr std::size_t array_block = 256;
 
-/// Calls body(i) for Count i from `first` on, where the bodies may run in any order and
-/// side by side.
+/// Calls body(i) for Count i from `first` on, where the bodies may run in any order and side by side.
 template <std::size_t Count, class Body>
 [[gnu::always_inline]] inline void plain_group(std::size_t first, const Body& body) {
 #if defined(__clang__)
@@ -101,5 +99,4 @@ inline void for_block(std::size_t count, const Body& body) {
 #if defined(__clang__)
 #pragma clang diagnostic pop
 #endif
-
 }  // namespace tapestry::detail

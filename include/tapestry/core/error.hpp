@@ -10,7 +10,6 @@
 #include <utility>
 
 namespace tapestry {
-
 /// Kind of an error; its value is the exit code that Tapestry's programs return for it.
 enum class ErrorKind {
   usage = 2,      ///< an option or argument that makes no sense
@@ -166,5 +165,4 @@ void require_shape(const char* operation, const char* argument, const Array& arr
     throw ShapeError({operation, ": ", argument, " is ", array.shape(), ", expected ", expected});
   }
 }
-
 }  // namespace tapestry

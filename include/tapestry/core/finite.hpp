@@ -7,7 +7,6 @@
 #include <span>
 
 namespace tapestry {
-
 /// Whether a number is neither NaN nor infinite. Independent of floating-point flags: compilers may assume
 /// under them that NaN does not exist. (libc++ 13 lacks std::bit_cast.)
 [[nodiscard]] inline bool is_finite(float value) {
@@ -38,5 +37,4 @@ template <std::floating_point T>
   return largest * std::sqrt((x / largest) * (x / largest) + (y / largest) * (y / largest) +
                              (z / largest) * (z / largest));
 }
-
 }  // namespace tapestry

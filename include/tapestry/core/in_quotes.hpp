@@ -4,7 +4,6 @@
 #include <string_view>
 
 namespace tapestry {
-
 namespace detail {
 /// Bytes of the character at the beginning of `text` if a terminal would obey it, else 0: control characters
 /// of ASCII, U+0080 to U+009F, and those that turn the direction of writing or end a line: U+061C, U+200E,
@@ -66,5 +65,4 @@ template <class Entries, class WordOf = std::identity>
   for (const auto& entry : entries) (list += list.empty() ? "" : ", ") += std::invoke(word_of, entry);
   return list;
 }
-
 }  // namespace tapestry

@@ -6,7 +6,6 @@
 #include <vector>
 
 namespace tapestry {
-
 /// Instruction sets that kernels are compiled for: `portable` for any processor; for x86 `avx2`, and
 /// `avx512`, which includes it; `neon` for 64-bit ARM. All but `portable` round a product and its sum once.
 enum class InstructionSet { portable, avx2, avx512, neon };
@@ -94,7 +93,6 @@ inline constexpr InstructionSet plain_instruction_set = InstructionSet::portable
 }
 
 namespace detail {
-
 /// Argument of the body of run_with().
 template <std::size_t Bytes>
 using VectorBytes = std::integral_constant<std::size_t, Bytes>;
@@ -136,6 +134,5 @@ void run_with(InstructionSet set, const Body& body) {
       return body(VectorBytes<TAPESTRY_PLAIN_VECTOR_BYTES>{});
   }
 }
-
 }  // namespace detail
 }  // namespace tapestry

@@ -5,7 +5,6 @@
 
 namespace tapestry {
 namespace detail {
-
 /// Reads TAPESTRY_THREADS, then OMP_NUM_THREADS; else counts the processors that this process may run on.
 [[nodiscard]] inline int default_thread_count() {
   for (const char* name : {"TAPESTRY_THREADS", "OMP_NUM_THREADS"})
@@ -127,5 +126,4 @@ void for_each_in_order(std::size_t count, Make make, Use use) {
     if (failure) std::rethrow_exception(failure);
   }
 }
-
 }  // namespace tapestry

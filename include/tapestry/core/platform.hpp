@@ -13,7 +13,6 @@
 ///
 /// Functions that return an int return 0, or the errno of a failure, on Windows, too. Paths are UTF-8.
 namespace tapestry::platform {
-
 /// Characters between the folders of a path.
 #if defined(_WIN32)
 inline constexpr const char* separators = "/\\";
@@ -133,5 +132,4 @@ void open_standard_streams();
 
 /// Writes a text at once to a descriptor.
 void print_to(int descriptor, const std::string& text);
-
 }  // namespace tapestry::platform

@@ -6,7 +6,6 @@
 #include <vector>
 
 namespace tapestry {
-
 /// Objects whose memory is used again and again, by steps that follow one another and by threads side by
 /// side. A copy of a pool shares its objects.
 template <class Object>
@@ -52,5 +51,4 @@ class Pool {
 
   std::shared_ptr<Idle> idle_ = std::make_shared<Idle>();
 };
-
 }  // namespace tapestry

@@ -6,7 +6,6 @@
 #include <utility>
 
 namespace tapestry {
-
 /// Seeded random numbers, the same on every platform. The whole state is one 64-bit word, so a
 /// checkpoint can hold it. Source: Steele, Lea, Flood, "Fast splittable pseudorandom number
 /// generators" (2014), the SplitMix64 mixer.
@@ -67,5 +66,4 @@ class Random {
 
   std::uint64_t state_;
 };
-
 }  // namespace tapestry

@@ -3,7 +3,6 @@
 #include <ctime>
 
 namespace tapestry {
-
 /// Adds the time between its construction and its destruction to a number of seconds.
 class ScopedTimer {
  public:
@@ -41,5 +40,4 @@ class ScopedWorkTimer {
   WorkTime& time_;
   std::clock_t busy_;
 };
-
 }  // namespace tapestry

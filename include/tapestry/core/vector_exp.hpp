@@ -5,7 +5,6 @@
 #include <limits>
 
 namespace tapestry::detail {
-
 /// (exp r − 1 − r) / r² for |r| ≤ ln 2 / 2, interpolated at the Chebyshev nodes; behind each the largest
 /// error relative to exp r.
 template <class T>
@@ -109,5 +108,4 @@ template <class T>
   const T e = vector_exp(-magnitude(x));
   return e / ((1 + e) * (1 + e));
 }
-
 }  // namespace tapestry::detail

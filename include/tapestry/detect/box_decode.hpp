@@ -5,7 +5,6 @@
 #include <tapestry/detect/head.hpp>
 
 namespace tapestry::detect {
-
 /// One class of one candidate box.
 struct Detection {
   std::size_t class_index = 0;
@@ -43,5 +42,4 @@ void require_finite_logits(const std::vector<Array<T, 4>>& logits, const std::st
         throw NumericError(
             {picture, ": output ", i, " of the detector; expected a finite number, found ", head.data()[i]});
 }
-
 }  // namespace tapestry::detect

@@ -1,9 +1,7 @@
 #pragma once
-#include <tapestry/detect/box_decode.hpp>
 #include <tapestry/detect/detector_variable.hpp>
 
 namespace tapestry::detect {
-
 /// Decoded candidates of a head, numbered (anchor · H + row) · W + column as in Detection.
 template <std::floating_point T>
 struct DecodedHead {
@@ -60,5 +58,4 @@ template <class Detector, std::floating_point T>
   }
   return best;
 }
-
 }  // namespace tapestry::detect

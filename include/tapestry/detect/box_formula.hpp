@@ -4,7 +4,6 @@
 #include <tapestry/nn/activation.hpp>
 
 namespace tapestry::detect {
-
 /// Softmax of the logits of B bins, the distribution of the distance of a box's side from its cell's centre:
 /// bin b stands for b cells. Finite for finite logits of any size; a NaN among them makes everything NaN.
 /// Source: Li et al., "Generalized Focal Loss" (NeurIPS 2020), the general distribution of a box.
@@ -99,7 +98,6 @@ struct CandidatePlace {
 };
 
 namespace detail {
-
 /// One axis of a head's grid, for one candidate.
 struct GridAxis {
   double cell = 0, cells = 0;  ///< the candidate's, and their number
@@ -140,7 +138,6 @@ template <std::invocable<std::size_t> Logits>
   return BinDistribution(head.bins,
                          [&](std::size_t bin) { return logit(head.box_channel() + side * head.bins + bin); });
 }
-
 }  // namespace detail
 
 /// The box of one candidate by the decode family of its head.
@@ -209,5 +206,4 @@ template <std::invocable<std::size_t> Logits>
     if (!(logit(head.class_channel(k)) <= logit(surest))) surest = head.class_channel(k);
   return surest;
 }
-
 }  // namespace tapestry::detect

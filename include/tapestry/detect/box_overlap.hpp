@@ -3,7 +3,6 @@
 #include <cmath>
 
 namespace tapestry::detect {
-
 /// Axis-aligned box by its centre and extents, all in one unit, usually pixels of the network's input.
 struct Box {
   double cx = 0;
@@ -46,5 +45,4 @@ struct Box {
   const double united = a.area() + b.area() - shared;
   return shared > 0 && united > 0 ? std::min(1.0, shared / united) : 0;
 }
-
 }  // namespace tapestry::detect

@@ -3,7 +3,6 @@
 #include <tapestry/detect/box_formula.hpp>
 
 namespace tapestry::detect {
-
 /// The probabilities of all classes of one candidate. The head decides: each class by itself, see
 /// probability(), or exclusive classes with their softmax e^t_k / Σ_j e^t_j. A NaN logit of exclusive classes
 /// makes all of them NaN.
@@ -51,7 +50,6 @@ class ClassScores {
 };
 
 namespace detail {
-
 /// log Σ e^t_j over the classes j other than k, and the pieces it is computed from; −∞ for a single class.
 struct OtherClasses {
   double largest = -std::numeric_limits<double>::infinity();
@@ -65,7 +63,6 @@ struct OtherClasses {
       if (j != k) sum += std::exp(logit(head.class_channel(j)) - largest);
   }
 };
-
 }  // namespace detail
 
 /// The number whose σ is the probability of class k, in a family with raw logits: its logit, or for exclusive
@@ -90,5 +87,4 @@ void class_logit_adjoint(const Head& head, std::size_t k, Logits logit, double a
       add(head.class_channel(j),
           -adjoint * (std::exp(logit(head.class_channel(j)) - others.largest) / others.sum));
 }
-
 }  // namespace tapestry::detect

@@ -4,7 +4,6 @@
 #include <tapestry/detect/parameter_layout.hpp>
 
 namespace tapestry::detect {
-
 /// The constant that holds a block of parameters in network_description().
 [[nodiscard]] std::string constant_name(const ParameterBlock& block);
 
@@ -83,8 +82,7 @@ class DarknetModel {
   void set_images_seen(std::uint64_t count) { images_seen_ = count; }
 
   /// Draws weights from a normal distribution of variance 2 / (inputs of a filter); biases are 0, batch
-  /// normalisation the identity.
-  /// Source: He et al., "Delving deep into rectifiers" (2015), eq. 10.
+  /// normalisation the identity. Source: He et al., "Delving deep into rectifiers" (2015), eq. 10.
   void initialise(Random& random);
 
   /// The same model in another precision.
@@ -148,5 +146,4 @@ class DarknetModel {
 
 extern template class DarknetModel<float>;
 extern template class DarknetModel<double>;
-
 }  // namespace tapestry::detect

@@ -4,7 +4,6 @@
 #include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::detect {
-
 /// Meaning of the four numbers of a box.
 enum class BoxForm {
   centre,     ///< cx, cy, width, height
@@ -16,8 +15,7 @@ enum class ScoreForm { probabilities, logits, softmax };
 /// Entry among the classes that stands for the background, and is left out.
 enum class Background { none, first, last };
 
-/// Largest deviation of an output's values from their description:
-/// rounding, also in half precision.
+/// Largest deviation of an output's values from their description: rounding, also in half precision.
 inline constexpr double claim_tolerance = 1e-3;
 
 /// The outputs of an export that holds its own decoding: N candidates, with a box and scores each. Inner
@@ -57,7 +55,6 @@ struct DecodedOutputs {
 inline constexpr float least_probability = 1e-7F;
 
 namespace detail {
-
 /// Values of an output as described, to compare with a first pass.
 struct OutputClaim {
   std::string path{};  ///< of the network, for messages
@@ -131,7 +128,6 @@ class DecodedOutputNodes {
   nn::NetworkDescription& network_;
   DecodedOutputs outputs_;
 };
-
 }  // namespace detail
 
 /// Adds values to a network: the logits of a head of the decode family decoded, made of the network's
@@ -147,5 +143,4 @@ class DecodedOutputNodes {
   if (lacks_axis || outputs.has_box_for_each_class || !outputs.labels.empty()) nodes.give_picture_axis();
   return nodes.add(height, width);
 }
-
 }  // namespace tapestry::detect

@@ -15,7 +15,6 @@
 /// Read next: head.hpp, detector_description.hpp, box_decode.hpp, suppression.hpp.
 
 namespace tapestry::detect {
-
 template <std::floating_point T>
 class KeptPicture;
 
@@ -290,5 +289,4 @@ template <std::floating_point T>
 
 extern template class Detector<float>;
 extern template class Detector<double>;
-
 }  // namespace tapestry::detect

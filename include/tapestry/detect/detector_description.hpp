@@ -1,12 +1,9 @@
 #pragma once
-#include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/core/compiled.hpp>
 #include <tapestry/detect/decoded_outputs.hpp>
 #include <tapestry/detect/head.hpp>
 #include <tapestry/image/letterbox.hpp>
 
 namespace tapestry::detect {
-
 /// Colour of a network's first input channel.
 enum class ColourOrder { rgb, bgr };
 
@@ -129,5 +126,4 @@ struct DetectorDescription {
 /// \throws ShapeError if the channels leave no class, or not as many for each anchor; DomainError as
 /// heads_of()
 [[nodiscard]] std::size_t class_count_of(const DetectorDescription& description, std::size_t channels);
-
 }  // namespace tapestry::detect

@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/autodiff/record.hpp>
-#include <tapestry/detect/detector.hpp>
 #include <tapestry/detect/kept_picture.hpp>
 
 namespace tapestry::detect {
@@ -18,8 +16,7 @@ template <std::floating_point T>
 }  // namespace detail
 
 /// Logits of every head for a batch of pictures, as one record on the active tape: its pullback is
-/// Detector::pull_back(), and nothing is recorded or kept for the weights. Passive pictures record
-/// nothing.
+/// Detector::pull_back(), and nothing is recorded or kept for the weights. Passive pictures record nothing.
 ///
 /// \param detector  must outlive the tape's last reverse(), unchanged
 /// \param images   [N, H, W, 3], RGB in [0, 1]
@@ -80,5 +77,4 @@ template <DualNumber D>
       [&](const auto& x, const auto& along) { return forward_tangents(detector, x, along); },
       encoding == InputEncoding{} ? images : record_affine(encode, images));
 }
-
 }  // namespace tapestry::detect

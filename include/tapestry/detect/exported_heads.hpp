@@ -2,11 +2,9 @@
 #include <tapestry/detect/detector_description.hpp>
 
 namespace tapestry::detect {
-
-/// Names the convolutions behind an exported detector's outputs, before rearranging and before
-/// the logistic function. Losses need them: where that function rounds to 1 no slope is left.
-/// Found by going back from the outputs through operators that only rearrange values; in
-/// the order of joining there.
+/// Names the convolutions behind an exported detector's outputs, before rearranging and before the logistic
+/// function. Losses need them: where that function rounds to 1 no slope is left. Found by going back from the
+/// outputs through operators that only rearrange values; in the order of joining there.
 [[nodiscard]] std::vector<std::string> raw_outputs(const nn::NetworkDescription& description);
 
 /// The last value that all these values depend on. For raw outputs it is the last single layer that all heads
@@ -102,5 +100,4 @@ struct ExportedHeads {
                                            const std::vector<nn::Shape>& shapes,
                                            const std::vector<std::string>& labels, std::size_t input_height,
                                            std::size_t input_width);
-
 }  // namespace tapestry::detect

@@ -6,7 +6,6 @@
 #include <vector>
 
 namespace tapestry::detect {
-
 /// How a head's outputs become boxes and scores. Detectors of different families can have the same layers and
 /// tensors, so the family must be stated: the wrong one puts every box elsewhere.
 ///
@@ -32,10 +31,9 @@ namespace tapestry::detect {
 /// 1; its classes, and no others, can be exclusive: a softmax in the place of σ(class), see ClassScores.
 ///
 /// Sources: darknet, Redmon and Farhadi, "YOLOv3" (2018), section 2.1, and for s Bochkovskiy et al., "YOLOv4"
-/// (2020); ultralytics, the Detect layer of YOLOv5 and of its YOLOv3; scaled, Wang et al.,
-/// "Scaled-YOLOv4" (CVPR 2021), as new_coords in AlexeyAB's Darknet; yolox, Ge et al., "YOLOX" (2021);
-/// distance, Li et al., "Generalized Focal Loss" (NeurIPS 2020), as in NanoDet-m and in YOLOv8 and its
-/// successors.
+/// (2020); ultralytics, the Detect layer of YOLOv5 and of its YOLOv3; scaled, Wang et al., "Scaled-YOLOv4"
+/// (CVPR 2021), as new_coords in AlexeyAB's Darknet; yolox, Ge et al., "YOLOX" (2021); distance, Li et al.,
+/// "Generalized Focal Loss" (NeurIPS 2020), as in NanoDet-m and in YOLOv8 and its successors.
 enum class DecodeFamily { darknet, ultralytics, scaled, yolox, distance, decoded };
 
 inline constexpr std::array<DecodeFamily, 6> decode_families{
@@ -154,5 +152,4 @@ inline void require_class(const char* operation, const std::vector<Head>& heads,
       throw DomainError(
           {operation, ": class ", class_index, " of a network with ", head.classes, " classes"});
 }
-
 }  // namespace tapestry::detect

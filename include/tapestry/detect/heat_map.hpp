@@ -2,7 +2,6 @@
 #include <tapestry/detect/detector.hpp>
 
 namespace tapestry::detect {
-
 /// The surest candidate of a class.
 struct BestCandidate {
   std::size_t head = 0;       ///< index of its head
@@ -95,5 +94,4 @@ template <std::floating_point T>
 [[nodiscard]] ExplainedLogits<T> explained_forward(const Detector<T>& detector,
                                                    const ArrayVariable<T, 4>& images, std::size_t class_index,
                                                    std::shared_ptr<Pass<T>> pass = nullptr);
-
 }  // namespace tapestry::detect

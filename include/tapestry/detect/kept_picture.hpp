@@ -2,16 +2,14 @@
 #include <tapestry/detect/detector.hpp>
 
 namespace tapestry::detect {
-
 /// The same window in rows and columns, for networks.
 [[nodiscard]] inline nn::MapWindow rows_and_columns(const image::PixelWindow& window) {
   return {{window.top, window.top + window.height}, {window.left, window.left + window.width}};
 }
 
-/// Kept layers of one picture that changes from pass to pass within a window only, as a car's does
-/// while its paint is optimised: of each layer the surroundings of the part that the window
-/// reaches. Detector::forward_within() fills it and checks whether it is still valid. Two
-/// threads must not share one.
+/// Kept layers of one picture that changes from pass to pass within a window only, as a car's does while its
+/// paint is optimised: of each layer the surroundings of the part that the window reaches.
+/// Detector::forward_within() fills it and checks whether it is still valid. Two threads must not share one.
 template <std::floating_point T>
 class KeptPicture {
  public:
@@ -42,5 +40,4 @@ void require_kept(const char* operation, const Detector<T>& detector, const Arra
     if (picture != nullptr)
       image::require_window(operation, picture->window(), detector.input_height(), detector.input_width());
 }
-
 }  // namespace tapestry::detect

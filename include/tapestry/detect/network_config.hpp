@@ -16,7 +16,6 @@ struct FeatureShape {
 };
 
 namespace detail {
-
 /// All heads are of one family with anchors; heads of the family scaled read activations.
 void check_decode(const NetworkConfig& config);
 
@@ -49,7 +48,6 @@ inline void check_heads(const NetworkConfig& config, const std::vector<FeatureSh
                     "", ErrorKind::mismatch);
   }
 }
-
 }  // namespace detail
 
 /// The decode family of a network's heads; darknet where there is none.
@@ -102,5 +100,4 @@ inline void check_classifier(const NetworkConfig& config) {
       throw detail::misfit(config, i, "a head, so this is not a classifier", "none", "");
   static_cast<void>(infer_shapes(config, config.height, config.width));
 }
-
 }  // namespace tapestry::detect

@@ -2,7 +2,6 @@
 #include <tapestry/detect/network_config.hpp>
 
 namespace tapestry::detect {
-
 /// Roles of parameters, in Darknet's order of storage.
 enum class ParameterRole { bias, scale, mean, variance, weight };
 
@@ -58,5 +57,4 @@ struct ParameterLayout {
 template <std::floating_point T>
 [[nodiscard]] Array<T, 1> fold_batch_norm(const NetworkConfig& config, const ParameterLayout& layout,
                                           const Array<T, 1>& parameters);
-
 }  // namespace tapestry::detect

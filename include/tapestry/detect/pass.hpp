@@ -4,7 +4,6 @@
 #include <tapestry/nn/network/staged_network.hpp>
 
 namespace tapestry::detect {
-
 using nn::Mode;
 
 /// The result of one forward pass and the values that its adjoint needs. A pass may be used again, and then
@@ -44,5 +43,4 @@ extern template struct Pass<double>;
 /// pictures.
 template <std::floating_point T>
 using PassPool = Pool<Pass<T>>;
-
 }  // namespace tapestry::detect

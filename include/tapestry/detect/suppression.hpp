@@ -2,7 +2,6 @@
 #include <tapestry/detect/box_decode.hpp>
 
 namespace tapestry::detect {
-
 /// Similarity of two detections, at most 1, which suppress() compares with its threshold. It is their IoU, or
 /// with an exponent β
 ///
@@ -28,9 +27,8 @@ struct SuppressionMeasure {
   bool operator==(const SuppressionMeasure&) const = default;
 };
 
-/// Greedy non-maximum suppression: going down in confidence, a detection is dropped if its IoU with one
-/// kept before, or another measure, is above the threshold. Equal confidences go by head, candidate, then
-/// class.
+/// Greedy non-maximum suppression: going down in confidence, a detection is dropped if its IoU with one kept
+/// before, or another measure, is above the threshold. Equal confidences go by head, candidate, then class.
 ///
 /// A detection is compared only with those kept of its class that it overlaps, so that the time grows with
 /// the number of detections and not with its square.
@@ -42,5 +40,4 @@ struct SuppressionMeasure {
 /// \throws DomainError if the threshold is not in [0, 1], or the measure's exponent not above 0
 [[nodiscard]] std::vector<Detection> suppress(std::vector<Detection> detections, double iou_threshold,
                                               bool per_class = true, const SuppressionMeasure& measure = {});
-
 }  // namespace tapestry::detect

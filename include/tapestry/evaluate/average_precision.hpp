@@ -1,6 +1,4 @@
 #pragma once
-#include <cstddef>
-#include <cstdint>
 #include <optional>
 #include <tapestry/core/compiled.hpp>
 #include <tapestry/core/error.hpp>
@@ -9,7 +7,6 @@
 #include <vector>
 
 namespace tapestry::evaluate {
-
 /// An object that is in a picture.
 struct TruthBox {
   std::size_t picture = 0;
@@ -29,7 +26,6 @@ struct ScoredBox {
 };
 
 namespace detail {
-
 /// Outcome of matching a detection with the truths.
 enum class Outcome : std::uint8_t { ignored, hit, miss };
 
@@ -85,7 +81,6 @@ class ClassMatches {
   std::vector<Overlap> overlaps_;      ///< above 0, detection by detection
   std::vector<std::size_t> first_overlap_{0};
 };
-
 }  // namespace detail
 
 /// A detector's accuracy by COCO's measures; a measure has no value where there is nothing to find.
@@ -120,10 +115,9 @@ struct AveragePrecision {
 /// with precision = hits / detections and recall = hits / truths; ignored detections and truths count
 /// nowhere. At most 100 detections count for each class of a picture, the most confident. Equal confidences
 /// keep the order of pictures and, within a picture, of its list; no other order matters. The same bits for
-/// any number of threads.
-/// Source: Lin et al., "Microsoft COCO: Common Objects in Context" (ECCV 2014), and the metrics of
-/// cocodataset.org, detection evaluation. As in COCO's program, recalls are compared with multiples of 0.01
-/// in double precision, so rounding decides if a recall equals one of them.
+/// any number of threads. Source: Lin et al., "Microsoft COCO: Common Objects in Context" (ECCV 2014), and
+/// the metrics of cocodataset.org, detection evaluation. As in COCO's program, recalls are compared with
+/// multiples of 0.01 in double precision, so rounding decides if a recall equals one of them.
 ///
 /// \param class_count  of the classes looked for; a class without truths has no value and is in no mean
 /// \throws DomainError for a class that is not below class_count, for a box or an area that is not finite or
@@ -142,5 +136,4 @@ struct BoxOnTarget {
 /// class counts as wrong, as one on another car does.
 /// \param pictures  boxes of the target's class in each
 [[nodiscard]] PrecisionSummary target_precision(const std::vector<std::vector<BoxOnTarget>>& pictures);
-
 }  // namespace tapestry::evaluate

@@ -5,12 +5,10 @@
 
 namespace tapestry::evaluate {
 namespace detail {
-
 /// \throws ShapeError unless colours are [texel, 3] with the texels of the charts; NumericError if the colour
 ///         of such a texel is not finite
 void require_chart_colours(const char* operation, const Array<float, 2>& colours,
                            const std::vector<raster::TextureChart>& charts);
-
 }  // namespace detail
 
 /// Rounds of matched_noise(), each imposing values, then spectrum; later rounds change little.
@@ -149,5 +147,4 @@ inline constexpr std::uint64_t matched_controls_bytes = 180;
 [[nodiscard]] std::vector<Control> make_controls(const raster::PaintedMesh& car,
                                                  const camouflage::Paint<float>& paint, std::uint64_t seed,
                                                  std::size_t noise_draws = 1);
-
 }  // namespace tapestry::evaluate

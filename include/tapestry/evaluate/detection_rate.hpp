@@ -3,7 +3,6 @@
 #include <tapestry/loss/prediction.hpp>    // Target
 
 namespace tapestry::evaluate {
-
 /// Best confidence of a detector in a target: the largest confidence among all candidates whose box has an
 /// IoU with the target's of at least `iou_threshold`; 0 if there is none. The confidence is objectness times
 /// the probability of the target's class, or that probability alone for heads without objectness. Candidates
@@ -98,5 +97,4 @@ struct AttackSuccess {
 [[nodiscard]] AttackSuccess attack_success_rate(const std::vector<bool>& clean_found,
                                                 const std::vector<bool>& adversarial_found,
                                                 const PictureOrder& order = {});
-
 }  // namespace tapestry::evaluate

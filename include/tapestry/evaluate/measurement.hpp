@@ -20,7 +20,6 @@
 /// Read next: meter.hpp, detection_rate.hpp, controls.hpp, paired_bootstrap.hpp.
 
 namespace tapestry::evaluate {
-
 /// Photographs of views: some of each view, each under conditions of its own.
 struct Photography {
   image::Conditions conditions{};
@@ -170,7 +169,6 @@ struct Effect {
 };
 
 namespace detail {
-
 /// The mean of each view's pictures, so that a view counts once however often it was photographed.
 template <class Value>
 std::vector<double> means_of_views(const std::vector<Value>& of_pictures, std::size_t draws) {
@@ -179,7 +177,6 @@ std::vector<double> means_of_views(const std::vector<Value>& of_pictures, std::s
     means[i / draws] += static_cast<double>(of_pictures[i]) / static_cast<double>(draws);
   return means;
 }
-
 }  // namespace detail
 
 /// \param control, adversarial  measured in the same views, in the same order
@@ -243,5 +240,4 @@ template <std::invocable<const MeasuredPicture&> Visit>
   }
   return survey;
 }
-
 }  // namespace tapestry::evaluate

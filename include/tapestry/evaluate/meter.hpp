@@ -6,7 +6,6 @@
 #include <tapestry/evaluate/views.hpp>
 
 namespace tapestry::evaluate {
-
 /// Thresholds of a detection.
 struct MeterSettings {
   double confidence = 0.25;     ///< a detection's must be above it
@@ -124,5 +123,4 @@ struct PhysicalFrame {
 
 /// The content of frame number `frame` of physical_frames().
 [[nodiscard]] PhysicalFrame physical_frame(const PhysicalGrid& grid, std::size_t frame);
-
 }  // namespace tapestry::evaluate

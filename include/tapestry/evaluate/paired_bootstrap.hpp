@@ -9,7 +9,6 @@
 #include <vector>
 
 namespace tapestry::evaluate {
-
 /// Settings of a bootstrap.
 struct BootstrapSettings {
   std::size_t resamples = 2000;
@@ -35,7 +34,6 @@ struct PairedRatio {
 };
 
 namespace detail {
-
 /// Φ, the distribution function of the standard normal distribution.
 [[nodiscard]] inline double normal_probability(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
 
@@ -72,7 +70,6 @@ double acceleration(const std::vector<double>& values, double mean);
 /// Probability for an end of the interval: the distribution of resampled means is read there, instead of z
 /// standard deviations of a normal distribution.
 double corrected_probability(double z, double bias, double acceleration);
-
 }  // namespace detail
 
 /// The mean difference of pairs, with a bootstrap interval over the pairs: the effect of one treatment
@@ -132,5 +129,4 @@ double corrected_probability(double z, double bias, double acceleration);
 /// \throws as paired_bootstrap(); DomainError unless the sum of the second is above 0
 [[nodiscard]] PairedRatio paired_ratio(const std::vector<double>& first, const std::vector<double>& second,
                                        const BootstrapSettings& settings = {});
-
 }  // namespace tapestry::evaluate

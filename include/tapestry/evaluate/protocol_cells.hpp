@@ -4,7 +4,6 @@
 #include <tapestry/evaluate/two_level_difference.hpp>
 
 namespace tapestry::evaluate {
-
 /// Results of one texture over the frames of a cell.
 struct TextureCell {
   DetectionRate rate{};             ///< P@0.5 over the measured frames
@@ -23,7 +22,6 @@ struct Cell {
 };
 
 namespace detail {
-
 /// Whether the car is found, for each picture of one texture as measured_values() orders them.
 /// \param times  copies of each entry
 template <std::predicate<std::size_t> Belongs>
@@ -46,7 +44,6 @@ template <std::predicate<std::size_t> Belongs>
     all.push_back({static_cast<Fate>(fates[i]), static_cast<std::size_t>(names[i])});
   return all;
 }
-
 }  // namespace detail
 
 /// The cell of the frames with belongs(index); pending frames do not count.
@@ -239,5 +236,4 @@ template <std::predicate<std::size_t> Belongs>
 /// The cell where a detector finds the car least, by the upper end of P@0.5's interval. None without frames.
 [[nodiscard]] std::optional<std::size_t> least_found_cell(const std::vector<Cell>& cells,
                                                           std::size_t texture);
-
 }  // namespace tapestry::evaluate

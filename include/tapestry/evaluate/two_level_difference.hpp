@@ -3,7 +3,6 @@
 #include <tapestry/evaluate/paired_bootstrap.hpp>
 
 namespace tapestry::evaluate {
-
 namespace detail {
 /// Means of the views' values over draws. \param values  [draw, view]
 [[nodiscard]] std::vector<double> means_over_draws(const Array<double, 2>& values);
@@ -107,5 +106,4 @@ namespace detail {
 [[nodiscard]] PairedRatio odds_ratio(const Array<double, 2>& control, const Array<double, 2>& camouflage,
                                      std::size_t pictures_of_control = 1,
                                      std::size_t pictures_of_camouflage = 1);
-
 }  // namespace tapestry::evaluate

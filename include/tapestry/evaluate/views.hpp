@@ -3,7 +3,6 @@
 #include <tapestry/core/random.hpp>
 
 namespace tapestry::evaluate {
-
 // The views of FCA's table 3: pure renders of the car all around, from several heights and distances.
 // Distances are units of the renderer: a mesh from geometry::normalise_mesh() has the half length 1. Half the
 // field of view is 30°, Neural Mesh Renderer's default. The paper states neither, but its pictures fit both.
@@ -203,5 +202,4 @@ void lay_occluders(Array<float, 3>& picture, const std::vector<Occluder>& occlud
 /// The frames of every group, whose number is their row, by group, then as view_frames().
 /// \throws DomainError as view_frames()
 [[nodiscard]] std::vector<ProtocolFrame> occlusion_frames(const ViewGrid& grid);
-
 }  // namespace tapestry::evaluate

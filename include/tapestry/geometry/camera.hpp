@@ -4,7 +4,6 @@
 #include <tapestry/geometry/transform.hpp>
 
 namespace tapestry::geometry {
-
 /// A pinhole camera without a resolution: pictures of any size share it.
 ///
 /// View space has x to the right, y down and z forward (right-handed), in the units of the world.
@@ -209,5 +208,4 @@ struct Intrinsics {
           height,
           0};
 }
-
 }  // namespace tapestry::geometry

@@ -5,7 +5,6 @@
 #include <tapestry/geometry/transform.hpp>
 
 namespace tapestry::geometry {
-
 /// A named surface: its colour, or the picture that its faces' uvs point into.
 struct Material {
   std::string name;
@@ -63,8 +62,7 @@ struct MeshTopology {
 [[nodiscard]] std::vector<std::uint8_t> faces_by_group(const Mesh& mesh,
                                                        const std::vector<std::string>& names);
 
-/// 1 for every listed face, else 0. Ids count from 1, as in the published face lists; repeats are
-/// harmless.
+/// 1 for every listed face, else 0. Ids count from 1, as in the published face lists; repeats are harmless.
 ///
 /// \throws DomainError if the list is empty
 /// \throws Error (mismatch) if an id is not 1 … face count
@@ -118,5 +116,4 @@ void append(Mesh& mesh, const Mesh& other);
 /// \param mesh  as in its file, where `axes` point up and to its front
 /// \throws DomainError as world_from_mesh()
 [[nodiscard]] std::optional<MeshAxes> better_car_axes(const Mesh& mesh, const MeshAxes& axes);
-
 }  // namespace tapestry::geometry

@@ -1,12 +1,9 @@
 #pragma once
-#include <array>
 #include <span>
 #include <tapestry/core/array.hpp>
-#include <tapestry/core/compiled.hpp>
 #include <tapestry/geometry/mesh.hpp>
 
 namespace tapestry::geometry {
-
 /// A point of a plane.
 using Vector2 = std::array<double, 2>;
 
@@ -127,5 +124,4 @@ void set_positions(const char* operation, Mesh& mesh, const Array<T, 2>& positio
   for (std::size_t i = 0; i < positions.size(); ++i)
     mesh.positions[i / 3][i % 3] = static_cast<double>(positions.data()[i]);
 }
-
 }  // namespace tapestry::geometry

@@ -2,7 +2,6 @@
 #include <tapestry/geometry/point_columns.hpp>
 
 namespace tapestry::geometry {
-
 /// Shape of a polygon, as PolygonTriangulator classifies it.
 enum class PolygonShape {
   fan,        ///< right as a fan around its first corner: convex polygons, and others that all of it sees
@@ -95,5 +94,4 @@ class PolygonTriangulator {
   std::vector<char> is_blocker_, is_listed_;
   std::vector<std::array<std::size_t, 3>> triangles_;
 };
-
 }  // namespace tapestry::geometry

@@ -5,7 +5,6 @@
 #include <tapestry/geometry/mesh.hpp>
 
 namespace tapestry::geometry {
-
 /// Position and orientation of an object in the world: x ↦ exp(w)·x + t.
 struct Pose {
   Vector3 rotation{0, 0, 0};     ///< w, axis times angle in radians, see exponential_map()
@@ -107,5 +106,4 @@ struct CarlaPose {
 /// Renderer, load_obj: subtract the minimum, divide by the largest coordinate, times 2, minus half of
 /// the maximum of each axis.
 [[nodiscard]] Mesh normalise_mesh(Mesh mesh);
-
 }  // namespace tapestry::geometry

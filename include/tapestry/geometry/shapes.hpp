@@ -2,7 +2,6 @@
 #include <tapestry/geometry/mesh.hpp>
 
 namespace tapestry::geometry {
-
 /// The square x, y in [−half, half] at z = 0, seen from above, as rows × columns cells of two triangles. Its
 /// uv run from (0, 0) at the corner of least x and y to (1, 1).
 ///
@@ -36,5 +35,4 @@ namespace tapestry::geometry {
 /// \param subdivisions  n, 0 to 8
 /// \throws DomainError for more than 8, or unless radius is positive
 [[nodiscard]] Mesh icosphere(std::size_t subdivisions, double radius = 1, const Vector3& centre = {0, 0, 0});
-
 }  // namespace tapestry::geometry

@@ -6,7 +6,6 @@
 #include <vector>
 
 namespace tapestry::geometry {
-
 /// A point, direction or normal; which space it lives in is in the variable's name.
 using Vector3 = std::array<double, 3>;
 
@@ -93,5 +92,4 @@ struct Bounds {
   }
   return bounds;
 }
-
 }  // namespace tapestry::geometry

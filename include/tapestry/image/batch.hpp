@@ -3,7 +3,6 @@
 #include <tapestry/core/compiled.hpp>
 
 namespace tapestry::image {
-
 /// Pictures [H, W, C] of one size, one behind the other, as networks take them: [N, H, W, C].
 /// \param pictures  where they are; none null
 /// \throws ShapeError if there are none or their sizes differ
@@ -71,5 +70,4 @@ template <std::floating_point T>
             planes.data()[(n * channels + c) * pixels + pixel];
   return pictures;
 }
-
 }  // namespace tapestry::image

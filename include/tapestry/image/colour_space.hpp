@@ -5,7 +5,6 @@
 #include <tapestry/core/vector_exp.hpp>
 
 namespace tapestry::image {
-
 /// BGR to RGB, and back: exchanges the first and the third channel.
 ///
 /// \param picture  [H, W, 3]
@@ -158,5 +157,4 @@ template <std::floating_point T, std::size_t Rank>
 [[nodiscard]] Array<T, Rank> in_space(ColourSpace space, Array<T, Rank> colours) {
   return space == ColourSpace::linear ? linearised(colours) : colours;
 }
-
 }  // namespace tapestry::image

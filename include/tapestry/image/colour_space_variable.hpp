@@ -4,7 +4,6 @@
 #include <tapestry/image/colour_space.hpp>
 
 namespace tapestry::image {
-
 /// linearised() of every value, on the tape.
 template <std::floating_point T, std::size_t Rank>
 [[nodiscard]] ArrayVariable<T, Rank> linearised(const ArrayVariable<T, Rank>& colours) {
@@ -76,5 +75,4 @@ template <Scalar T, std::size_t Rank>
 [[nodiscard]] ArrayVariable<T, Rank> in_space(ColourSpace space, ArrayVariable<T, Rank> colours) {
   return space == ColourSpace::linear ? linearised(colours) : colours;
 }
-
 }  // namespace tapestry::image

@@ -4,7 +4,6 @@
 #include <tapestry/image/pixel_window.hpp>
 
 namespace tapestry::image {
-
 /// A window of a picture.
 ///
 /// \param picture  [H, W, C]
@@ -28,5 +27,4 @@ template <Scalar T>
   return slice(picture, {Range{window.top, window.top + window.height},
                          Range{window.left, window.left + window.width}, Range{}});
 }
-
 }  // namespace tapestry::image

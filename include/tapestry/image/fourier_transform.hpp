@@ -5,9 +5,7 @@
 #include <tapestry/core/platform/memory.hpp>
 
 namespace tapestry::image {
-
 namespace detail {
-
 /// Complex numbers side by side, one of each of some transforms.
 template <std::floating_point T>
 struct FourierLanes {
@@ -20,7 +18,6 @@ struct FourierLanes {
   }
   [[nodiscard]] std::complex<T> at(std::size_t lane) const { return {real[lane], imaginary[lane]}; }
 };
-
 }  // namespace detail
 
 /// The discrete Fourier transform of n numbers, F[k] = Σ f[x] · exp(−2πi k·x/n), in n·p steps for each prime
@@ -288,5 +285,4 @@ class FourierTransform {
     if (rest == 1) return candidate;
   }
 }
-
 }  // namespace tapestry::image

@@ -3,7 +3,6 @@
 #include <tapestry/image/resize.hpp>
 
 namespace tapestry::image {
-
 /// Placement of a picture on a canvas of another aspect ratio, such as a network's input:
 ///
 ///   letterbox           scaled as large as fits, and centred, as Darknet's detectors take it
@@ -129,5 +128,4 @@ template <Scalar T>
                                               std::size_t width, tapestry::detail::Base<T> margin) {
   return fitted(picture, height, width, {FitKind::letterbox, static_cast<double>(margin)});
 }
-
 }  // namespace tapestry::image

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/core/compiled.hpp>
 #include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/pixel_window.hpp>
 
@@ -15,7 +14,6 @@
 /// is the composite of Wang et al., FCA (AAAI 2022), eq. 6.
 namespace tapestry::image {
 namespace detail {
-
 /// Calls visit(pixel of the front, pixel of the background) for all pixels of the front, from several
 /// threads.
 template <class Visit>
@@ -114,7 +112,6 @@ void lay_over(const T* premultiplied, const T* coverage, const PixelWindow& plac
     });
   });
 }
-
 }  // namespace detail
 
 /// \param premultiplied  [h, w, C]
@@ -221,5 +218,4 @@ template <DualNumber D>
   };
   return record_tangent(lay, premultiplied);
 }
-
 }  // namespace tapestry::image

@@ -2,7 +2,6 @@
 #include <tapestry/core/error.hpp>
 
 namespace tapestry::image {
-
 /// A rectangle of pixels of a picture: rows top … top + height − 1, columns alike.
 struct PixelWindow {
   std::size_t top = 0, left = 0, height = 0, width = 0;
@@ -20,5 +19,4 @@ inline void require_window(const char* operation, const PixelWindow& window, std
                     window.top, ", column ", window.left, " leaves the picture, [", height, ", ", width,
                     "]"});
 }
-
 }  // namespace tapestry::image

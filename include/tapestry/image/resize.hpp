@@ -4,9 +4,7 @@
 
 namespace tapestry::image {
 namespace detail {
-
 void require_size(const char* operation, std::size_t rows, std::size_t columns);
-
 }  // namespace detail
 
 /// Bilinear resampling with half-pixel centres and clamped edges, without a low-pass filter: what
@@ -45,5 +43,4 @@ template <DualNumber D>
                                                   std::size_t width) {
   return record_linear([=](const auto& x) { return resize_bilinear(x, height, width); }, picture);
 }
-
 }  // namespace tapestry::image

@@ -4,7 +4,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
 /// Name of a temporary file beside its target, shortened to the length that file systems allow.
 std::string part_path(const std::string& target, unsigned attempt);
 
@@ -94,5 +93,4 @@ class RunLock {
   std::string path_;
   platform::OpenFile file_{};
 };
-
 }  // namespace tapestry::io

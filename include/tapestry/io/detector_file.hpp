@@ -3,7 +3,6 @@
 #include <tapestry/io/file_source.hpp>
 
 namespace tapestry::io {
-
 /// Reads from JSON how a detector takes pictures and what its outputs mean, for example
 ///
 ///  {"input": {"order": "bgr", "scale": 1, "mean": [103.53, 116.28, 123.675],
@@ -88,5 +87,4 @@ struct DetectorMetadata {
 /// \throws ShapeError unless the model has as many parameters as the cfg needs
 std::size_t write_detector_file(const std::string& path, const detect::DarknetModel<float>& model,
                                 const std::string& cfg);
-
 }  // namespace tapestry::io

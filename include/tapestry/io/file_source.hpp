@@ -21,7 +21,6 @@
 /// Read next: text_lines.hpp and text_lists.hpp for text, npy.hpp for bytes, atomic_file.hpp for writing.
 
 namespace tapestry::io {
-
 /// Default limit of the bytes that a reader accepts.
 inline constexpr std::uint64_t default_file_limit = std::uint64_t(4) << 30U;
 
@@ -198,5 +197,4 @@ class Sha256 {
 
 /// SHA-256 of bytes, as 64 hexadecimal digits.
 [[nodiscard]] std::string sha256(std::string_view bytes);
-
 }  // namespace tapestry::io

@@ -5,7 +5,6 @@
 #include <tapestry/raster/light.hpp>
 
 namespace tapestry::io {
-
 /// A labelled object of a picture.
 struct Label {
   std::size_t class_index = 0;
@@ -47,5 +46,4 @@ struct Frame {
   for (double& channel : light.colour) channel = image::linearised(channel);
   return light;
 }
-
 }  // namespace tapestry::io

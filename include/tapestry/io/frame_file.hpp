@@ -2,7 +2,6 @@
 #include <tapestry/io/frame.hpp>
 
 namespace tapestry::io {
-
 /// Reads and validates a frame file: an .npz with the members of the CARLA set of Wang et al. (DAS, FCA),
 /// `img` uint8 [H, W, 3] stored as BGR, `veh_trans` and `cam_trans` float64 [2, 3] (row 0 metres, row 1
 /// pitch, yaw, roll in degrees; the camera's translation is its offset from the vehicle along world axes).
@@ -38,5 +37,4 @@ void write_frame(const std::string& path, const Frame& frame);
 /// before data10.
 /// \throws FileError: malformed (not a readable folder), mismatch (no such file in it)
 [[nodiscard]] std::vector<std::string> frame_paths(const std::string& folder);
-
 }  // namespace tapestry::io

@@ -1,9 +1,7 @@
 #pragma once
-#include <tapestry/core/compiled.hpp>
 #include <tapestry/io/detail/png_scan.hpp>  // limits of pictures
 
 namespace tapestry::io {
-
 /// A picture as an uncompressed file stores it.
 struct PictureSamples {
   std::size_t height = 0;
@@ -73,7 +71,6 @@ std::uint8_t level(T value) {
 template <std::floating_point T>
 std::vector<std::uint8_t> levels(const T* values, std::size_t count, std::size_t width, std::size_t channels,
                                  const std::string& path);
-
 }  // namespace detail
 
 /// Reads a PNG, JPEG, BMP, PBM, PGM or PPM as RGB, [H, W, 3]. The format is found from the content, not the
@@ -100,8 +97,7 @@ std::vector<std::uint8_t> levels(const T* values, std::size_t count, std::size_t
 /// Reads a PNG, BMP, PBM, PGM or PPM as grey in [0, 1], [H, W]: value / 255, or / 65535 where the file has 16
 /// bits (PGM and PPM: divided by the maximum that they state). Colours become (77 R + 150 G + 29 B) / 256;
 /// transparency is dropped. No threshold is applied. Throws as read_image() does, and for a JPEG, because its
-/// losses blur a mask's border.
-/// Takes memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
+/// losses blur a mask's border. Takes memory of at most 4 times the file, 24 bytes a pixel and 1 MiB.
 [[nodiscard]] Array<float, 2> read_mask(const std::string& path,
                                         std::vector<std::string>* warnings = nullptr);
 
@@ -144,5 +140,4 @@ void write_mask(const std::string& path, const Array<T, 2>& mask);
 /// \throws ShapeError for other extents; NumericError for values that are not finite; FileError (write)
 template <std::floating_point T>
 void write_gradient(const std::string& path, const Array<T, 4>& gradient);
-
 }  // namespace tapestry::io

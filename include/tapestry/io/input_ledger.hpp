@@ -7,7 +7,6 @@
 #include <vector>
 
 namespace tapestry::io {
-
 class RegularFile;
 
 /// A file that was read: its path as it was opened, its size in bytes, the SHA-256 of its content, and what
@@ -82,5 +81,4 @@ class InputLedger {
   std::map<std::string, Entry> entries_{};
   std::vector<std::string> left_out_{};
 };
-
 }  // namespace tapestry::io

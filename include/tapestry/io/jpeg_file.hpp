@@ -1,9 +1,7 @@
 #pragma once
-#include <tapestry/core/compiled.hpp>
 #include <tapestry/io/detail/png_scan.hpp>  // limits of pictures
 
 namespace tapestry::io {
-
 /// Header of a JPEG file, before the picture data.
 struct JpegHeader {
   std::size_t height = 0;  ///< as stored, before it is turned upright
@@ -14,7 +12,6 @@ struct JpegHeader {
 };
 
 namespace detail {
-
 /// Walks over the segments of a JPEG up to its picture data.
 class JpegScan : PictureBytes {
  public:
@@ -142,5 +139,4 @@ template <class Element>
 [[nodiscard]] Array<std::uint8_t, 3> parse_jpeg(std::string_view file, const std::string& path,
                                                 std::vector<std::string>* warnings = nullptr,
                                                 bool is_upright = true);
-
 }  // namespace tapestry::io

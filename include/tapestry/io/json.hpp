@@ -9,7 +9,6 @@
 /// does not include it; of the library's own files, only those in implementation/ do.
 
 namespace tapestry::io {
-
 inline constexpr std::size_t largest_member_count = std::size_t(1) << 17U;  ///< of a JSON object
 
 /// A JSON text that was read.
@@ -31,5 +30,4 @@ struct JsonText {
 ///                  own, else "@byte"; limit above 131,072 members of an object
 [[nodiscard]] JsonText read_json(std::string_view text, const std::string& path, std::uint64_t offset = 0,
                                  std::size_t deepest = 64);
-
 }  // namespace tapestry::io

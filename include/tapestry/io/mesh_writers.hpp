@@ -3,7 +3,6 @@
 #include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::io {
-
 /// `name`, followed by as many _ as are needed to differ from all materials of the mesh.
 [[nodiscard]] std::string unused_material_name(const geometry::Mesh& mesh, std::string name);
 
@@ -92,5 +91,4 @@ void write_glb(const std::string& path, const geometry::Mesh& mesh);
 /// Writes a painted mesh as .glb with its texture inside; parameters and errors as write_painted_obj().
 template <std::floating_point T>
 void write_painted_glb(const std::string& path, const raster::PaintedMesh& body, const Array<T, 3>& texture);
-
 }  // namespace tapestry::io

@@ -8,7 +8,6 @@
 #include <type_traits>
 
 namespace tapestry::io {
-
 /// An array of an .npy file, its elements already in this machine's byte order and row-major.
 struct NpyArray {
   std::string origin;              ///< "frame.npz:img.npy", for messages
@@ -210,5 +209,4 @@ class NpzWriter {
  private:
   std::vector<std::pair<std::string, std::string>> members_;
 };
-
 }  // namespace tapestry::io

@@ -3,7 +3,6 @@
 #include <tapestry/io/file_source.hpp>
 
 namespace tapestry::io {
-
 /// A mesh, and the warnings and counts from reading it.
 struct LoadedMesh {
   geometry::Mesh mesh;
@@ -103,5 +102,4 @@ struct ObjLimits {
 /// \throws FileError: malformed (with the line), mismatch (a mesh without extent), limit (also for concave
 ///         polygons of so many corners that cutting them would take long)
 [[nodiscard]] LoadedMesh read_obj(const std::string& path, const ObjLimits& limits = {});
-
 }  // namespace tapestry::io

@@ -2,7 +2,6 @@
 #include <tapestry/io/darknet/model_file.hpp>
 
 namespace tapestry::io {
-
 /// The files of a detector, and how to read them. All but the weights are optional.
 struct DetectorFiles {
   std::string weights{};      ///< an ONNX model or Darknet weights
@@ -52,5 +51,4 @@ template <std::floating_point T>
 /// \throws FileError as read_picture()
 template <std::floating_point T>
 [[nodiscard]] Array<T, 4> read_input(const detect::Detector<T>& detector, const std::string& path);
-
 }  // namespace tapestry::io

@@ -8,7 +8,6 @@
 #include <vector>
 
 namespace tapestry::io {
-
 /// Walks over the lines of a text held in memory. A byte order mark is skipped, each of LF, CRLF and CR ends
 /// a line, and the last line needs no end. Lines with zero bytes or beyond a limit are refused.
 class TextLines {
@@ -166,5 +165,4 @@ namespace detail {
   }
   return nearest;
 }
-
 }  // namespace tapestry::io

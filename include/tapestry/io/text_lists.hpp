@@ -4,7 +4,6 @@
 #include <tapestry/core/error.hpp>
 
 namespace tapestry::io {
-
 /// Reads class names, one a line, in the order of the classes; empty lines at the end are skipped.
 /// Takes memory of at most 32 times the file and 1 MiB.
 ///
@@ -36,5 +35,4 @@ struct FaceList {
 /// \throws FileError: malformed (with the line: not three numbers, one outside 0 to 1), mismatch (no colour
 ///         at all), limit (more than 4096)
 [[nodiscard]] Array<double, 2> read_palette(const std::string& path);
-
 }  // namespace tapestry::io

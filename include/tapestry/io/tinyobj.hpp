@@ -11,7 +11,6 @@
 ///
 /// Other programs use read_obj() of obj_file.hpp, which states why.
 namespace tapestry::io {
-
 /// tinyobj::attrib_t.
 template <class A>
 concept TinyObjAttributes = requires(const A& a) {
@@ -21,7 +20,6 @@ concept TinyObjAttributes = requires(const A& a) {
 };
 
 namespace detail {
-
 /// Numbers that lie one behind the other, N to an element.
 template <std::size_t N, class Numbers>
 [[nodiscard]] std::vector<std::array<double, N>> grouped(const Numbers& numbers) {
@@ -73,7 +71,6 @@ void append_shape(geometry::Mesh& mesh, const Shape& shape) {
     mesh.face_groups.push_back(group);
   }
 }
-
 }  // namespace detail
 
 /// The mesh that tinyobjloader has read: faces shape by shape, each shape a group; normals of unit length;
@@ -111,5 +108,4 @@ template <TinyObjAttributes Attributes, class Shape, class Material>
   if (mesh.faces.empty()) throw Error(ErrorKind::mismatch, "mesh_of: no faces");
   return mesh;
 }
-
 }  // namespace tapestry::io

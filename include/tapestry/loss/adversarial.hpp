@@ -1,6 +1,4 @@
 #pragma once
-#include <tapestry/autodiff/array_variable.hpp>
-#include <tapestry/autodiff/variable.hpp>
 #include <tapestry/loss/detail/adversarial_second_order.hpp>
 #include <tapestry/loss/detail/adversarial_terms.hpp>
 
@@ -17,9 +15,7 @@
 /// Read next: prediction.hpp, responsible.hpp, adversarial_terms.hpp.
 
 namespace tapestry::loss {
-
 namespace detail {
-
 struct TermSums {
   double iou = 0, objectness = 0, classification = 0, max_score = 0;
 };
@@ -36,7 +32,6 @@ template <std::floating_point T>
                                                            std::span<const Target> targets,
                                                            AdversarialLoss kind,
                                                            const AdversarialWeights& weights);
-
 }  // namespace detail
 
 /// The loss that is minimised so that one image's target is not found, on the raw logits of the heads.
@@ -95,5 +90,4 @@ template <DetectorLike Of, DualNumber D>
 /// Means of the terms of several detectors, at least one, on the tape.
 template <std::floating_point T>
 [[nodiscard]] AdversarialTerms<Variable<T>> mean_of(std::vector<AdversarialTerms<Variable<T>>> terms);
-
 }  // namespace tapestry::loss

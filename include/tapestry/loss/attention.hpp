@@ -4,7 +4,6 @@
 #include <tapestry/core/compiled.hpp>
 
 namespace tapestry::loss {
-
 /// Concentration of a heat map; minimised so that a detector's attention is scattered:
 ///
 ///   L = 1/P · Σ_p Σ_{i in p} tanh(heat_i) / (H·W + 1 − |p|)
@@ -29,5 +28,4 @@ void attention_adjoint(const Array<T, 2>& heat, T loss_adjoint, Array<T, 2>& hea
 /// \param heat  [H, W]
 template <std::floating_point T>
 [[nodiscard]] Variable<T> attention(const ArrayVariable<T, 2>& heat);
-
 }  // namespace tapestry::loss

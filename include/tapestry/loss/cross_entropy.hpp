@@ -3,7 +3,6 @@
 #include <tapestry/core/compiled.hpp>
 
 namespace tapestry::loss {
-
 /// Mean binary cross entropy of logits x with wanted probabilities t, each in [0, 1]:
 ///
 ///   L = 1/n Σ −t · log σ(x) − (1 − t) · log(1 − σ(x))
@@ -69,5 +68,4 @@ template <DualNumber D>
   };
   return record_tangent(tangent, logits);
 }
-
 }  // namespace tapestry::loss

@@ -7,10 +7,8 @@
 /// order of the topology; adjoints are added up in the positions' own type.
 namespace tapestry::loss {
 namespace detail {
-
 template <std::floating_point T>
 [[nodiscard]] geometry::Vector3 row(const Array<T, 2>& positions, std::size_t vertex);
-
 }  // namespace detail
 
 /// Mean over positions of the squared distance to the middle of their neighbours (uniform weights), in
@@ -83,5 +81,4 @@ void normal_consistency(const geometry::MeshTopology&&,
 template <std::floating_point T>
 [[nodiscard]] Variable<T> normal_consistency(const geometry::MeshTopology& topology,
                                              const ArrayVariable<T, 2>& positions);
-
 }  // namespace tapestry::loss

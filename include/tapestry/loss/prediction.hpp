@@ -1,15 +1,12 @@
 #pragma once
 #include <tapestry/core/array.hpp>
 #include <tapestry/core/compiled.hpp>
-#include <tapestry/detect/box_overlap.hpp>  // Box
 #include <tapestry/detect/class_score.hpp>
 #include <tapestry/loss/detail/logistic.hpp>
 
 namespace tapestry::loss {
 namespace detail {
-
 void add(detect::Box& sum, const detect::Box& term, double scale);
-
 }  // namespace detail
 
 /// Intersection over union of a predicted box and a target, with its gradient.
@@ -279,5 +276,4 @@ void for_each_candidate(std::size_t head_index, const detect::Head& head, Visit 
       for (std::size_t column = 0; column < head.grid_width; ++column)
         visit(Candidate{head_index, anchor, row, column});
 }
-
 }  // namespace tapestry::loss

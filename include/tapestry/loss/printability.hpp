@@ -4,7 +4,6 @@
 #include <tapestry/core/compiled.hpp>
 
 namespace tapestry::loss {
-
 /// Standard deviation around a printable colour, in colour units: the spread of a printer's results for one
 /// colour.
 inline constexpr double printable_spread = 0.05;
@@ -14,7 +13,6 @@ inline constexpr double printable_spread = 0.05;
 [[nodiscard]] Array<double, 2> printable_colours();
 
 namespace detail {
-
 inline std::array<double, 3> colour_at(const auto& colours, std::size_t row) {
   return {static_cast<double>(colours(row, 0)), static_cast<double>(colours(row, 1)),
           static_cast<double>(colours(row, 2))};
@@ -47,7 +45,6 @@ template <class UsedTexels>
   for (const auto weight : used.storage()) count += static_cast<double>(weight);
   return count;
 }
-
 }  // namespace detail
 
 /// Non-printability score: distance of a paint's texels from the colours of a printer, as a mean over the
@@ -118,5 +115,4 @@ template <std::floating_point T>
                                            std::shared_ptr<const Array<T, 2>> used,
                                            std::shared_ptr<const Array<double, 2>> palette,
                                            double spread = printable_spread);
-
 }  // namespace tapestry::loss

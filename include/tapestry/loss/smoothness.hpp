@@ -1,12 +1,9 @@
 #pragma once
 #include <numeric>
 #include <tapestry/autodiff/array_functions.hpp>
-#include <tapestry/core/array.hpp>  // Image, Mask
-#include <tapestry/core/error.hpp>  // require_shape, ShapeError
 #include <tapestry/image/pixel_window.hpp>
 
 namespace tapestry::loss::detail {
-
 /// Weights of the two steps that leave texel or pixel (y, x).
 struct StepWeights {
   double down;
@@ -93,19 +90,16 @@ void squared_steps_adjoint(const Steps& steps, const T* colour, std::size_t chan
     }
   });
 }
-
 }  // namespace tapestry::loss::detail
 
 namespace tapestry::loss {
-
 /// Squared colour steps between neighbouring pixels, counted inside the vehicle mask.
 ///
 ///   L = Σ M[y,x] · ((O[y+1,x,c] − O[y,x,c])² + (O[y,x+1,c] − O[y,x,c])²)
 ///
-/// over y < H−1, x < W−1 and all c. A sum, not a mean: L grows with resolution. Pixels outside M are
-/// read only where a step from inside M ends on them. Source: Wang et al., FCA (AAAI 2022), eq. 5, there
-/// without M and over the composited picture; its published program, like this, sums over the render inside
-/// M.
+/// over y < H−1, x < W−1 and all c. A sum, not a mean: L grows with resolution. Pixels outside M are read
+/// only where a step from inside M ends on them. Source: Wang et al., FCA (AAAI 2022), eq. 5, there without M
+/// and over the composited picture; its published program, like this, sums over the render inside M.
 ///
 /// \param render  O, [H, W, C], colour in [0, 1], row 0 at the top
 /// \param mask    M, [H, W], 1 on the vehicle and 0 elsewhere
@@ -172,7 +166,6 @@ struct PlacedMask {
 };
 
 namespace detail {
-
 /// A mask in a batch of pictures.
 template <std::floating_point T>
 struct MaskedSteps {
@@ -184,7 +177,6 @@ struct MaskedSteps {
         first(((n * pictures.shape(1) + placed.top) * pictures.shape(2) + placed.left) * pictures.shape(3)),
         row(pictures.shape(2) * pictures.shape(3)) {}
 };
-
 }  // namespace detail
 
 /// The sum of smoothness() over the pictures of a batch, each within a window of its own, as one record on
@@ -247,5 +239,4 @@ template <DualNumber D>
     const ArrayVariable<D, 2>& texels, const std::shared_ptr<const Array<typename D::value_type, 2>>& used) {
   return record_quadratic([=](const auto& at) { return atlas_smoothness(at, used); }, texels);
 }
-
 }  // namespace tapestry::loss

@@ -1,11 +1,9 @@
 #pragma once
 #include <tapestry/autodiff/array_variable.hpp>
 #include <tapestry/autodiff/variable.hpp>
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/prediction.hpp>
 
 namespace tapestry::loss {
-
 /// The terms of the loss a detector is trained with, before weighting, and their weighted sum.
 struct YoloTrainingTerms {
   double box = 0, objectness = 0, classification = 0;
@@ -13,7 +11,6 @@ struct YoloTrainingTerms {
 };
 
 namespace detail {
-
 /// The terms of a batch: its images are computed side by side, summed in order and divided by `count`.
 /// \param options   with a weight of each term
 /// \param of_image  the terms of an image, called with its number
@@ -31,7 +28,6 @@ YoloTrainingTerms batch_terms(std::size_t images, double count, const Options& o
                 options.classification * terms.classification;
   return terms;
 }
-
 }  // namespace detail
 
 /// Cross entropy of a candidate with one class: Σ_k H(t_k, [k is it]), see binary_cross_entropy(), or for
@@ -116,7 +112,6 @@ struct YoloTrainingVariables {
 };
 
 namespace detail {
-
 /// yolo_training() of the logits of these heads.
 template <std::floating_point T>
 [[nodiscard]] YoloTrainingVariables<T> yolo_training_of(const std::vector<detect::Head>& heads,
@@ -124,7 +119,6 @@ template <std::floating_point T>
                                                         const std::vector<ArrayVariable<T, 4>>& logits,
                                                         const Truths& truths,
                                                         const YoloTrainingOptions& options);
-
 }  // namespace detail
 
 /// yolo_training() of a batch on the tape, all terms as one record, to train the parameters that
@@ -142,5 +136,4 @@ template <DetectorLike D, std::floating_point T>
   return detail::yolo_training_of<T>(detector.heads(), detector.input_height(), detector.input_width(),
                                      logits, truths, options);
 }
-
 }  // namespace tapestry::loss

@@ -3,7 +3,6 @@
 #include <tapestry/loss/yolo_training.hpp>  // YoloTrainingVariables
 
 namespace tapestry::loss {
-
 /// Weights of the training of a detector without anchors.
 struct YoloxTrainingOptions {
   DynamicMatchOptions match{};
@@ -49,7 +48,6 @@ void yolox_training_adjoint(const std::vector<detect::Head>& heads, const Logits
                             const LogitsAdjoint<T>& logits_adjoint);
 
 namespace detail {
-
 /// yolox_training() of the logits of these heads.
 template <std::floating_point T>
 [[nodiscard]] YoloTrainingVariables<T> yolox_training_of(const std::vector<detect::Head>& heads,
@@ -57,7 +55,6 @@ template <std::floating_point T>
                                                          const std::vector<ArrayVariable<T, 4>>& logits,
                                                          const Truths& truths,
                                                          const YoloxTrainingOptions& options);
-
 }  // namespace detail
 
 /// yolox_training() of a batch on the tape, all terms as one record, with the matches for these logits, to
@@ -75,5 +72,4 @@ template <DetectorLike D, std::floating_point T>
   return detail::yolox_training_of<T>(detector.heads(), detector.input_height(), detector.input_width(),
                                       logits, truths, options);
 }
-
 }  // namespace tapestry::loss

@@ -7,7 +7,6 @@
 #include <string_view>
 
 namespace tapestry::nn {
-
 /// Activations other than the leaky ones:
 ///
 ///   logistic σ(x) = 1/(1 + e^−x) | swish x·σ(x) | mish x·tanh(log(1 + e^x))
@@ -57,5 +56,4 @@ template <std::floating_point T>
   const T decayed = std::exp(-std::abs(x));
   return (x >= 0 ? T(1) : decayed) / (1 + decayed);
 }
-
 }  // namespace tapestry::nn

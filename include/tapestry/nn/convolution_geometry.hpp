@@ -3,7 +3,6 @@
 #include <tapestry/core/parallel.hpp>
 
 namespace tapestry::nn {
-
 /// A rectangle of pixels of a picture or of an activation, half-open along both axes.
 struct MapWindow {
   BlockRange rows{0, 0};
@@ -151,5 +150,4 @@ struct ConvolutionShape {
   };
   return {axis(height), axis(width), in_channels, out_channels, groups};
 }
-
 }  // namespace tapestry::nn

@@ -4,7 +4,6 @@
 #include <tapestry/nn/detail/winograd.hpp>
 
 namespace tapestry::nn {
-
 /// How convolutions are computed where there is a choice. All work from the same packed weights.
 enum class Engine {
   automatic,    ///< the cheapest by a model of the shape; the default
@@ -20,7 +19,6 @@ enum class Engine {
 }
 
 namespace detail {
-
 /// Estimated time of a convolution of one image, in multiply-adds of one vector. The costs of transforming
 /// one tile or one filter vector were measured with AVX-512; loads and stores limit them.
 template <std::floating_point T>
@@ -103,5 +101,4 @@ void convolve(Engine engine, const PackedConvolution<T>& packed, std::size_t ima
   const PackedConvolution<T> part = windowed(packed, tile_of(engine, packed), *window);
   if (part.shape.rows.output > 0 && part.shape.columns.output > 0) run(part);
 }
-
 }  // namespace tapestry::nn

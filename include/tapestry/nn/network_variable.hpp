@@ -3,7 +3,6 @@
 #include <tapestry/nn/network/network.hpp>
 
 namespace tapestry::nn {
-
 /// Results of a network of one input for a batch, as one record on the active tape.
 ///
 /// \param network  its input has four axes, the first of extent 1; it must outlive the tape's last reverse(),
@@ -77,8 +76,7 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> average_pool(const ArrayVariable<T, 4>& x, const PoolingLayer& layer = {});
 
-/// Batch normalisation by the statistics of the batch itself; the derivative
-/// includes the statistics':
+/// Batch normalisation by the statistics of the batch itself; the derivative includes the statistics':
 ///
 ///   y = scale · (x − mean(x)) / √(variance(x) + ε) + bias      for each channel
 ///
@@ -88,5 +86,4 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> batch_norm(const ArrayVariable<T, 4>& x, const ArrayVariable<T, 1>& scale,
                                              const ArrayVariable<T, 1>& bias, double epsilon = 1e-5);
-
 }  // namespace tapestry::nn

@@ -70,5 +70,4 @@ template <std::floating_point T>
   const std::size_t side_by_side = shape.is_depthwise() ? shape.out_channels : shape.group_out();
   return lanes % 8 == 0 && side_by_side % lanes == 0;
 }
-
 }  // namespace tapestry::nn

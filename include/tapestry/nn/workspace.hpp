@@ -1,13 +1,11 @@
 #pragma once
 #include <concepts>
 #include <cstring>
-#include <memory>
 #include <tapestry/core/platform/memory.hpp>
 #include <utility>
 #include <vector>
 
 namespace tapestry::nn {
-
 /// Memory for kernels: aligned to 64 bytes, not initialised, kept when resized to less, and followed by
 /// 128 readable zero bytes so that a kernel may load whole vectors past the last element.
 template <class Element>
@@ -96,5 +94,4 @@ class Workspace {
  private:
   std::vector<Buffer<T>> free_;
 };
-
 }  // namespace tapestry::nn

@@ -5,7 +5,6 @@
 #include <tapestry/core/parallel.hpp>
 
 namespace tapestry::optim {
-
 /// Settings of Adam; the defaults are the FCA paper's.
 struct AdamSettings {
   double learning_rate = 0.01;
@@ -110,5 +109,4 @@ class Adam {
   AdamSettings settings_;
   AdamState<T> state_;
 };
-
 }  // namespace tapestry::optim

@@ -3,7 +3,6 @@
 #include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::raster {
-
 /// A texture of any kind as an atlas. A texel that a painted face covers takes the texture's colour there; a
 /// texel just outside a chart takes the colour of the chart's rim. A chart's texels count before another
 /// chart's rim. Texels farther off take colours of the charts around them, see with_unused_filled().
@@ -27,5 +26,4 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] Array<T, 2> bake_cube(const PaintedMesh& body, const Array<T, 2>& texels,
                                     const TextureLayout& to, T unused = T(0.5));
-
 }  // namespace tapestry::raster

@@ -2,7 +2,6 @@
 #include <tapestry/raster/outdoor_light.hpp>
 
 namespace tapestry::raster {
-
 /// Schlick's approximation of the mirrored share of light, f0 + (1 − f0)·(1 − cosine)⁵.
 /// \param f0  the share at normal incidence
 [[nodiscard]] inline double schlick_fresnel(double f0, double cosine) {
@@ -232,5 +231,4 @@ template <class Base>
           geometry::eye_of(camera),
           geometry::normalised(light.direction)};
 }
-
 }  // namespace tapestry::raster

@@ -3,7 +3,6 @@
 #include <tapestry/raster/texture_operator.hpp>
 
 namespace tapestry::raster {
-
 /// The smallest window that holds every pixel with coverage; empty where there is none.
 template <std::floating_point T>
 [[nodiscard]] image::PixelWindow covered_window(const Array<T, 2>& coverage) {
@@ -89,5 +88,4 @@ template <std::floating_point T>
   picture.weights.resize(kept);
   return picture;
 }
-
 }  // namespace tapestry::raster

@@ -15,7 +15,6 @@
 /// finds an outline's crossing on view rays instead of in clip space; this needs no near plane. One sample a
 /// pixel: render() counts coverage by several, and integrates along outlines between pixels, too.
 namespace tapestry::raster {
-
 /// Faces at the centres of a picture's pixels.
 struct PixelFaces {
   std::shared_ptr<const geometry::Mesh> mesh;
@@ -154,5 +153,4 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 3> antialias(const Rasterised<T>& rasterised,
                                             const std::type_identity_t<ArrayVariable<T, 3>>& colour);
-
 }  // namespace tapestry::raster

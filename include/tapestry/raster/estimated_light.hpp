@@ -1,9 +1,7 @@
 #pragma once
-#include <optional>
 #include <tapestry/raster/clear_coat.hpp>
 
 namespace tapestry::raster {
-
 inline constexpr std::size_t height_band_count = 4;
 using HeightBands = std::array<double, height_band_count>;
 
@@ -123,5 +121,4 @@ inline constexpr double unknown_sun_rad = 0.5;
 [[nodiscard]] EstimatedLight estimated_light(const geometry::Mesh& mesh, const std::vector<LitPoint>& points,
                                              const std::optional<std::array<double, 3>>& paint = {},
                                              std::size_t shadow_pixels = 512);
-
 }  // namespace tapestry::raster

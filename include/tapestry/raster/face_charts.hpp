@@ -2,7 +2,6 @@
 #include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::raster {
-
 /// A mesh with a chart of its own for every face, and the layout of an atlas for them. A texture of any kind
 /// fits into it, whatever texture coordinates the mesh had.
 struct FaceCharts {
@@ -64,5 +63,4 @@ struct FaceCharts {
   }
   return body;
 }
-
 }  // namespace tapestry::raster

@@ -1,5 +1,4 @@
 #pragma once
-#include <limits>
 #include <span>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/geometry/mesh.hpp>
@@ -7,7 +6,6 @@
 #include <tapestry/raster/detail/view_clip.hpp>
 
 namespace tapestry::raster {
-
 /// The part of a picture that a face may touch, in pixels, {column, row}, and its 1/z; empty when low > high.
 struct FaceBox {
   std::array<double, 2> low{1, 1};
@@ -19,7 +17,6 @@ struct FaceBox {
 };
 
 namespace detail {
-
 inline void add_point(FaceBox& box, const std::array<double, 2>& point, double inverse_depth) {
   for (std::size_t axis = 0; axis < 2; ++axis) {
     box.low[axis] = std::min(box.low[axis], point[axis]);
@@ -28,7 +25,6 @@ inline void add_point(FaceBox& box, const std::array<double, 2>& point, double i
   box.inverse_depth_min = std::min(box.inverse_depth_min, inverse_depth * (1 - 1e-9));
   box.inverse_depth_max = std::max(box.inverse_depth_max, inverse_depth * (1 + 1e-9));
 }
-
 }  // namespace detail
 
 /// The frame that boxes of faces are measured in.
@@ -243,5 +239,4 @@ class FacesInView {
   std::vector<std::int8_t> winding_;
   Extent extent_;
 };
-
 }  // namespace tapestry::raster

@@ -3,7 +3,6 @@
 #include <tapestry/image/letterbox.hpp>
 
 namespace tapestry::raster {
-
 /// Camera that sees a photograph in its place on a canvas, such as a detector's square input.
 ///
 /// With e the canvas' extent along an axis, p the photograph's on the canvas and b the margin before it, the
@@ -47,5 +46,4 @@ namespace tapestry::raster {
   return fitted_camera(camera, image::placement(photo_height, photo_width, height, width, kind), height,
                        width);
 }
-
 }  // namespace tapestry::raster

@@ -5,7 +5,6 @@
 #include <tapestry/raster/visibility.hpp>
 
 namespace tapestry::raster {
-
 /// The fragments of a view whose samples are kept: pixels in order, and within a pixel faces in the order of
 /// their first samples.
 [[nodiscard]] inline std::vector<Fragment> fragments(const VisibilityBuffer& buffer,
@@ -161,5 +160,4 @@ struct FragmentList {
   parallel_for(bands.band_count(), [&](std::size_t index) { list.bands[index] = bands.pack_band(index); });
   return list;
 }
-
 }  // namespace tapestry::raster

@@ -2,7 +2,6 @@
 #include <tapestry/raster/detail/vertex_gradient.hpp>
 
 namespace tapestry::raster {
-
 /// Depth of the surface: z of view space, in units of the world; one channel.
 struct Depth {
   static constexpr std::size_t channel_count = 1;
@@ -28,7 +27,6 @@ template <GeometryOutput Output>
 inline constexpr std::size_t geometry_rank = Output::channel_count == 1 ? 2 : 3;
 
 namespace detail {
-
 /// Stands for a surface's colour in pictures of a mesh's geometry.
 template <GeometryOutput Output>
 struct ShownGeometry {
@@ -193,7 +191,6 @@ void add_grazing_geometry(const ShownGeometry<Output>& shown, const geometry::Ca
   });
   add_moments(shown, camera, blocks, GrazingSpans::sliver_step(field), positions_adjoint);
 }
-
 }  // namespace detail
 
 /// Draws the geometry of a mesh: each pixel has the mean over its samples, premultiplied by coverage like
@@ -266,5 +263,4 @@ void geometry_picture_adjoint(const geometry::Mesh& mesh, const geometry::Camera
                              std::same_as<Output, Normal>, faces, spans, positions_adjoint);
   detail::add_grazing_geometry(shown, camera, picture_adjoint, spans, field, positions_adjoint);
 }
-
 }  // namespace tapestry::raster

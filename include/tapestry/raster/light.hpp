@@ -4,7 +4,6 @@
 #include <tapestry/geometry/mesh.hpp>
 
 namespace tapestry::raster {
-
 /// Flat shading by an ambient and a distant light: a face's colour is multiplied by
 ///   colour · (ambient + directional · max(0, n·L)).
 /// Source and defaults: Neural Mesh Renderer, lighting.
@@ -59,5 +58,4 @@ inline void require_light(const char* operation, const Light& light) {
   });
   return result;
 }
-
 }  // namespace tapestry::raster

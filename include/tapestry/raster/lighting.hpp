@@ -1,10 +1,8 @@
 #pragma once
-#include <memory>
 #include <tapestry/core/array.hpp>
 #include <tapestry/raster/light.hpp>
 
 namespace tapestry::raster {
-
 /// Nine numbers, one for each real spherical harmonic up to order 2, in the order (l, m) = (0, 0), (1, −1),
 /// (1, 0), (1, 1), (2, −2) … (2, 2).
 using Harmonics = std::array<double, 9>;
@@ -237,5 +235,4 @@ concept PhotographedLighting = requires(const Lighting& lighting) {
   { lighting.unpainted(std::size_t{}) } -> std::same_as<const float*>;
   lighting.require_size(std::size_t{}, std::size_t{});
 };
-
 }  // namespace tapestry::raster

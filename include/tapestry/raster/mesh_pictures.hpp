@@ -1,9 +1,7 @@
 #pragma once
-#include <tapestry/raster/detail/mesh_picture.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
 namespace tapestry::raster {
-
 /// Puts a picture on faces of a mesh, besides those that `pictures` holds; the last one of a face shows.
 ///
 /// \param picture  [H, W, 3], RGB, encoded, row 0 at v = 1; uvs outside [0, 1] repeat it
@@ -64,5 +62,4 @@ inline void add_picture(MeshPictures& pictures, const geometry::Mesh& mesh,
   }
   return mean;
 }
-
 }  // namespace tapestry::raster

@@ -1,11 +1,9 @@
 #pragma once
-#include <tapestry/core/parallel.hpp>
 #include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/raster/detail/mip_levels.hpp>
 
 namespace tapestry::raster {
 namespace detail {
-
 /// The texels of the finer picture that one texel of the coarser covers along an axis: at most three, with
 /// weights that sum to 1.
 struct MipOverlap {
@@ -75,7 +73,6 @@ struct MipStep {
     }
   }
 };
-
 }  // namespace detail
 
 /// An atlas with all coarser pictures of it, as a linear map of its texels.
@@ -269,5 +266,4 @@ template <DualNumber D>
   if (!pyramid) return colours;
   return record_linear([pyramid](const auto& at) { return stored_texels(pyramid, at); }, colours);
 }
-
 }  // namespace tapestry::raster

@@ -3,7 +3,6 @@
 #include <tapestry/raster/lighting.hpp>
 
 namespace tapestry::raster {
-
 /// Visible share of the sky at each corner of a mesh, from either side of its face; linear in between.
 struct AmbientOcclusion {
   /// Visible share of the sky, [F][side][corner], in [0, 1]; side 0 sees the corners counter-clockwise.
@@ -133,5 +132,4 @@ struct PreparedOutdoorLight {
   }
   return prepared;
 }
-
 }  // namespace tapestry::raster

@@ -1,11 +1,8 @@
 #pragma once
-#include <tapestry/autodiff/variable.hpp>
-#include <tapestry/raster/painted_mesh.hpp>
 #include <tapestry/raster/texture_operator.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
 namespace tapestry::raster {
-
 /// Choices of painted(): the faces that a texture covers, and how it is kept.
 struct PaintChoice {
   std::string material{};                          ///< of the painted faces; empty: all faces
@@ -89,5 +86,4 @@ template <std::floating_point T, class Loss>
   tape.reverse(total);
   return {picture.value(), total.value(), paint.adjoint()};
 }
-
 }  // namespace tapestry::raster

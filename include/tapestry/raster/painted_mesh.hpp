@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/image/colour_space.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 
 /// \file
@@ -19,7 +18,6 @@
 /// Read next: texture_layout.hpp, visibility.hpp, fragments.hpp, light.hpp, texture_operator.hpp.
 
 namespace tapestry::raster {
-
 struct MeshPictures;
 
 /// A mesh and the faces of it that a texture covers; the others keep their material's colour or picture.
@@ -63,5 +61,4 @@ class OwnColours {
   std::vector<std::array<float, 3>> of_material_;
   std::array<float, 3> of_none_ = light_of(geometry::Material{}.colour);
 };
-
 }  // namespace tapestry::raster

@@ -1,5 +1,4 @@
 #pragma once
-#include <tapestry/autodiff/record.hpp>
 #include <tapestry/geometry/point_columns.hpp>
 #include <tapestry/raster/detail/light_adjoint.hpp>
 #include <tapestry/raster/detail/render_textured.hpp>
@@ -8,7 +7,6 @@
 
 namespace tapestry::raster {
 namespace detail {
-
 template <std::floating_point T, std::size_t Rank>
 [[nodiscard]] bool is_given(const ArrayVariable<T, Rank>& input) {
   return input.shape()[0] != 0;
@@ -47,7 +45,6 @@ void add_pose(const geometry::Pose& pose, const geometry::Mesh& mesh,
     pose_adjoint(k + 3) += static_cast<T>(gradient.translation[k]);
   }
 }
-
 }  // namespace detail
 
 /// Inputs that a picture can be differentiated by. An input that is left out, of extent 0, is taken from
@@ -70,7 +67,6 @@ struct Rendering {
 };
 
 namespace detail {
-
 /// Whether a picture under this light can be differentiated by the mesh's positions.
 template <LightModel Model>
 inline constexpr bool has_slope = requires(const Model& light, const geometry::Mesh& mesh,
@@ -126,7 +122,6 @@ void pull_back_shape(const PosedView<Model>& view, const FragmentBands& fragment
     moving[i] = geometry::add(moving[i], turning[i]);
   add_positions(moving, *positions_adjoint);
 }
-
 }  // namespace detail
 
 /// Draws a painted mesh on the active tape, as render_textured() does. Picture and coverage are a record
@@ -186,5 +181,4 @@ template <std::floating_point T, LightModel Model, class Gradient = BoundaryInte
                                        std::move(drawn.coverage), inputs.positions, inputs.pose,
                                        gradient.samples_per_axis, std::move(edges))};
 }
-
 }  // namespace tapestry::raster

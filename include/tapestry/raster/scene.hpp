@@ -4,7 +4,6 @@
 #include <tapestry/raster/outdoor_light.hpp>
 
 namespace tapestry::raster {
-
 /// A body in a scene.
 struct PlacedBody {
   PaintedMesh body;
@@ -32,7 +31,6 @@ struct Scene {
 };
 
 namespace detail {
-
 /// Puts another body's pictures on the faces from `first_face` on.
 inline void append_pictures(MeshPictures& pictures, std::size_t first_face, std::size_t face_count,
                             const MeshPictures* other) {
@@ -43,7 +41,6 @@ inline void append_pictures(MeshPictures& pictures, std::size_t first_face, std:
   for (std::size_t face = 0; face < other->of_face.size(); ++face)
     if (other->of_face[face] >= 0) pictures.of_face[first_face + face] = first + other->of_face[face];
 }
-
 }  // namespace detail
 
 /// Bodies at their poses, as one. A scene of one body at the pose {} has the bits of that body.
@@ -122,5 +119,4 @@ class GroundShade {
   std::shared_ptr<const AmbientOcclusion> occlusion_;
   std::size_t shadow_pixels_;
 };
-
 }  // namespace tapestry::raster

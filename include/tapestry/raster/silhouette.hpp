@@ -3,7 +3,6 @@
 #include <tapestry/raster/detail/vertex_gradient.hpp>
 
 namespace tapestry::raster {
-
 /// Share of each pixel that shows a mesh, [H, W] in [0, 1], as texture_operator() counts it: without a
 /// texture, a light or a colour.
 /// \throws as visibility()
@@ -59,5 +58,4 @@ template <std::floating_point T>
                                              const ArrayVariable<T, 1>& pose = {},
                                              std::size_t samples_per_axis = 4,
                                              std::shared_ptr<const MeshEdges> edges = nullptr);
-
 }  // namespace tapestry::raster

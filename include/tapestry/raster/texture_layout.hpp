@@ -3,7 +3,6 @@
 #include <tapestry/geometry/mesh.hpp>
 
 namespace tapestry::raster {
-
 /// atlas: one picture that the mesh's uv coordinates point into. cube: s³ texels for every face, looked up by
 /// barycentric coordinates, as in Neural Mesh Renderer. vertex: a colour for every position of the mesh,
 /// interpolated over its faces. solid: one colour for all painted faces.
@@ -146,7 +145,6 @@ void visit_cube_taps(const TextureLayout& layout, std::size_t face, const std::a
 }
 
 namespace detail {
-
 /// Whether a coordinate lies outside [0, extent]; up to a billionth beyond it, as rounding may cause, counts
 /// as on the border.
 inline bool is_outside(double coordinate, double extent) {
@@ -174,7 +172,6 @@ struct AxisTaps {
     share = clamped - static_cast<double>(first);
   }
 };
-
 }  // namespace detail
 
 /// Bilinear lookup in a picture: calls visit(Tap) up to four times, with weights that sum to 1.
@@ -232,5 +229,4 @@ void visit_taps(const TextureLayout& layout, const geometry::Mesh& mesh, std::si
       return visit(Tap{0, 1});
   }
 }
-
 }  // namespace tapestry::raster

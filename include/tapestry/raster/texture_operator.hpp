@@ -1,9 +1,7 @@
 #pragma once
-#include <tapestry/autodiff/record.hpp>
 #include <tapestry/raster/detail/operator_band.hpp>
 
 namespace tapestry::raster {
-
 /// The linear map from texture to picture of one view, sparse:
 ///
 ///   render[p, c] = constant[p, c] + light_colour[c] · Σ_i weights[i] · texels[texels_of[i], c]
@@ -40,7 +38,6 @@ template <std::floating_point T>
 }
 
 namespace detail {
-
 template <std::floating_point T>
 void join_bands(std::vector<OperatorBand<T>>& bands, TextureOperator<T>& picture) {
   std::size_t rows = 0, entries = 0;
@@ -133,7 +130,6 @@ void scatter(const TextureOperator<T>& picture, const T* render_adjoint, std::si
     }
   }
 }
-
 }  // namespace detail
 
 /// Rasterises a view and keeps the linear map from texture to picture.
@@ -287,5 +283,4 @@ template <DualNumber D>
     const ArrayVariable<D, 2>& texels) {
   return record_affine([pictures](const auto& at) { return render(pictures, at); }, texels);
 }
-
 }  // namespace tapestry::raster

@@ -1,9 +1,7 @@
 #pragma once
 #include <tapestry/raster/detail/fragment_shader.hpp>  // require_layout
-#include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::raster {
-
 /// One texel of a chart.
 struct ChartTexel {
   std::size_t row = 0, column = 0;  ///< in the chart's box
@@ -17,11 +15,9 @@ struct TextureChart {
 };
 
 namespace detail {
-
 /// The texels of a cube of s³ that some trilinear lookup reads, see visit_cube_taps(): its coordinates c_k
 /// are at least 0 and at most s − 1, have the sum s − 1, and lie within 1 of the texel's.
 std::vector<std::size_t> used_cube_texels(std::size_t edge);
-
 }  // namespace detail
 
 /// The charts of a texture: which texels painted faces refer to, and which of these lie side by side.
@@ -51,7 +47,6 @@ std::vector<std::size_t> used_cube_texels(std::size_t edge);
                                                        const std::vector<std::uint8_t>& painted);
 
 namespace detail {
-
 using UvTriangle = std::array<std::array<double, 2>, 3>;  // in texels: column, row
 
 /// An open rectangle by its edges.
@@ -136,7 +131,6 @@ void for_each_used_texel(const PaintedMesh& body, Visit visit) {
       }
   }
 }
-
 }  // namespace detail
 
 /// The texels of an atlas that painted faces refer to, from any view: those that some bilinear lookup within
@@ -157,5 +151,4 @@ template <std::floating_point T>
 /// filtered.
 /// \throws as used_texels(), except for its limit
 [[nodiscard]] std::shared_ptr<const MipPyramid> pyramid_of(const PaintedMesh& body);
-
 }  // namespace tapestry::raster

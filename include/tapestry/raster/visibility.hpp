@@ -3,7 +3,6 @@
 #include <tapestry/raster/detail/triangle_setup.hpp>
 
 namespace tapestry::raster {
-
 /// The face of each sample of a picture. Samples form a regular grid, samples_per_axis² in each pixel, each
 /// at the centre of its cell.
 struct VisibilityBuffer {
@@ -15,13 +14,11 @@ struct VisibilityBuffer {
 };
 
 namespace detail {
-
 /// Greatest number of samples along an axis; with it all integers of the rasteriser fit. On a 32-bit
 /// processor also the bytes of all samples.
 inline constexpr std::size_t sample_limit = sizeof(std::size_t) > 4 ? 32768 : 16384;
 void require_view(const char* operation, const geometry::Camera& camera, std::size_t height,
                   std::size_t width, std::size_t samples_per_axis);
-
 }  // namespace detail
 
 /// All positions of a mesh in view space; those that are not finite stay so.
@@ -80,5 +77,4 @@ template <std::predicate<std::int32_t> Predicate>
 [[nodiscard]] std::size_t automatic_samples_per_axis(const geometry::Mesh& mesh,
                                                      const geometry::Camera& camera, std::size_t height,
                                                      std::size_t width);
-
 }  // namespace tapestry::raster

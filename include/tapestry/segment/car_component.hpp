@@ -5,7 +5,6 @@
 #include <tapestry/core/error.hpp>
 
 namespace tapestry::segment {
-
 /// A rectangle of a picture, pixels: columns left ≤ x < right, rows alike; parts outside
 /// the picture are left out.
 struct Region {
@@ -31,5 +30,4 @@ struct Region {
 /// Intersection over union of two masks, each counted where it is not 0; 1 if both are empty.
 /// \throws ShapeError unless they have the same extents
 [[nodiscard]] double mask_iou(const Array<std::uint8_t, 2>& a, const Array<std::uint8_t, 2>& b);
-
 }  // namespace tapestry::segment

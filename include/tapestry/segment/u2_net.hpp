@@ -5,7 +5,6 @@
 
 namespace tapestry::segment {
 namespace detail {
-
 /// Index of the largest value, the first of equal ones.
 [[nodiscard]] inline std::size_t brightest(const Array<float, 3>& picture) {
   return static_cast<std::size_t>(std::max_element(picture.data(), picture.data() + picture.size()) -
@@ -111,5 +110,4 @@ class U2Net {
 /// \returns        [H, W] in [0, 1]
 /// \throws ShapeError, DomainError and NumericError as U2Net::forward()
 [[nodiscard]] ArrayVariable<float, 2> mask(const U2Net& network, const ArrayVariable<float, 3>& picture);
-
 }  // namespace tapestry::segment

@@ -2,7 +2,6 @@
 #include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::segment {
-
 /// One stage of the outer U: a residual U-block (RSU) of its own.
 struct ResidualU {
   std::size_t levels;  ///< L of RSU-L: scales within the block; at least 2
@@ -30,5 +29,4 @@ struct U2NetShape {
 /// Names of the values whose logistic function is a network's output, in the order of the outputs.
 /// \throws FileError (mismatch) for an output that is none
 [[nodiscard]] std::vector<std::string> u2_net_logits(const nn::NetworkDescription& network);
-
 }  // namespace tapestry::segment

@@ -7,7 +7,6 @@
 #include "array_steps.hpp"
 
 namespace tapestry::test {
-
 /// A random straight line of operations on two arrays of two axes and a scalar. Its result is the sum of the
 /// last array, with weights, and of the last scalar.
 class ArrayProgram {
@@ -179,5 +178,4 @@ class ArrayProgram {
   std::vector<Instruction> instructions_;
   Array<double, 2> weights_;
 };
-
 }  // namespace tapestry::test

@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/array_functions.hpp>
 
 namespace tapestry::test {
-
 /// The reference of arrays: plain numbers and loops. \see ScalarStep about Wide
 struct WideArray {
   using Wide = long double;

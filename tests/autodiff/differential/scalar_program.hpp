@@ -7,7 +7,6 @@
 #include "scalar_steps.hpp"
 
 namespace tapestry::test {
-
 inline constexpr std::size_t input_count = 4;
 using Point = std::array<double, input_count>;
 
@@ -103,5 +102,4 @@ class ScalarProgram {
 
   std::vector<Instruction> instructions;
 };
-
 }  // namespace tapestry::test

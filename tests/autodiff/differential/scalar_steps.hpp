@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/functions.hpp>
 
 namespace tapestry::test {
-
 /// Type of the reference: 64 bits of mantissa on x86, so that its roundings are small
 /// against those of doubles.
 using Wide = long double;

@@ -130,5 +130,4 @@ void check_gradient_of(const OnTape& f, const Reference& reference, double bound
     CHECK((arrays[k] - expected[k]).cwiseAbs().maxCoeff() <= bound * scale);
   }
 }
-
 }  // namespace tapestry::test

@@ -10,7 +10,6 @@ using tapestry::AdjointVectors, tapestry::DomainError, tapestry::Tape, tapestry:
     tapestry::test::ActiveTape;
 
 namespace {
-
 /// A program of linear statements of all frequent kinds, and the same program as a list of its own. Operands
 /// are drawn from few, so that they meet in one statement and from one statement to the next.
 class LinearProgram {
@@ -91,7 +90,6 @@ class LinearProgram {
 
 /// A sum of n terms of relative error (n + 2) · ε each, over a chain of statements.
 constexpr double tolerance = 1e-12;
-
 }  // namespace
 
 TEST_CASE("statements of all kinds, with operands in common, have the adjoints of a plain list",

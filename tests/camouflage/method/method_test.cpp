@@ -1,7 +1,5 @@
 #include <tapestry/camouflage/method/methods.hpp>
 
-#include <tapestry/camouflage/detail/method/method.hpp>
-
 #include "../../support/random_array.hpp"
 #include "../../support/refusal.hpp"
 #include "../../support/stepped_car.hpp"

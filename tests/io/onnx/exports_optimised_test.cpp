@@ -186,7 +186,6 @@ std::vector<files::path> all_files(const files::path& folder) {
   std::ranges::sort(found);
   return found;
 }
-
 }  // namespace
 
 TEST_CASE("networks of today's exporters give the frameworks' results and gradients", "[io][onnx][exports]") {

@@ -2,7 +2,6 @@
 #include <set>
 #include <tapestry/io/onnx/onnx_file.hpp>
 
-#include "../../support/catch.hpp"
 #include "../../support/paths.hpp"
 #include "../../support/raw_numbers.hpp"
 #include "../../support/tangent_check.hpp"

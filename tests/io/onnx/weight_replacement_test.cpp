@@ -7,7 +7,6 @@ using namespace tapestry;
 using namespace tapestry::test;
 
 namespace {
-
 std::string bytes_with(const std::string& initialiser) {
   auto parts = onnx::small_model();
   parts.initialisers[0] = initialiser;
@@ -20,7 +19,6 @@ void check_values(const std::string& bytes, const std::string& name, const std::
   REQUIRE(constant.size() == expected.size());
   for (std::size_t i = 0; i < expected.size(); ++i) CHECK(constant.at(i) == expected[i]);
 }
-
 }  // namespace
 
 TEST_CASE("weights are replaced where they are, all other bytes stay", "[io][onnx][weight_replacement]") {

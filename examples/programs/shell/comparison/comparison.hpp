@@ -1,9 +1,7 @@
 #pragma once
-
 #include "measured_folder.hpp"
 
 namespace tapestry::shell {
-
 struct ComparedTexture {
   evaluate::DetectionRate rate{};
   double mean_best_confidence = 0;  ///< mean over the seeds
@@ -59,7 +57,6 @@ inline bool has_picture_noise(const Comparison& comparison) {
 }
 
 namespace detail {
-
 struct ColumnMeasurements {
   std::string name;
   std::vector<std::pair<const MeasuredFolder*, MeasuredPart>> seeds;
@@ -308,7 +305,6 @@ inline void add_plain(Comparison& comparison, const ColumnMeasurements& column, 
           compared_texture({column.name, {column.seeds.front()}}, static_cast<std::size_t>(texture));
   }
 }
-
 }  // namespace detail
 
 /// Adds a row: the measured folders of its seeds, by one or several detectors.
@@ -342,5 +338,4 @@ inline void add_row(Comparison& comparison, const std::string& name,
   }
   comparison.rows.push_back(std::move(row));
 }
-
 }  // namespace tapestry::shell

@@ -3,9 +3,7 @@
 #include "comparison_report.hpp"
 
 namespace tapestry::shell {
-
 namespace detail {
-
 /// One column: for each row the share of pictures in which the car is found with the camouflage and with its
 /// noises, and the odds between them; of an attention, the share that lies on the car instead. "-" stands for
 /// what was not measured, and for odds that cannot be read.
@@ -44,7 +42,6 @@ inline Panel comparison_panel(const Comparison& comparison, std::size_t column) 
   }
   return {right + (comparison.maps_attention ? 30 : 190), bottom + 26, svg};
 }
-
 }  // namespace detail
 
 /// How often the car is found in every row, or how much of the attention lies on it, a panel for each column.
@@ -73,7 +70,6 @@ struct ComparisonWords {
 };
 
 namespace detail {
-
 inline std::string path_from(const std::string& folder, const std::string& path) {
   std::error_code failure;
   const auto relative = std::filesystem::relative(io::path_of(path), io::path_of(folder), failure);
@@ -118,7 +114,6 @@ inline std::string section_html(const std::string& name, const Json& json) {
           link_to(name + ".svg", "SVG") + "</p>\n";
   return html;
 }
-
 }  // namespace detail
 
 /// The tables, the notes, and where each row's figures come from; paths are relative to the folder.
@@ -190,5 +185,4 @@ inline void write_comparison(const std::string& folder, const Comparison& compar
   write_text(stem + ".json", report_text(comparison_json(folder, comparison, tables, words)));
   write_text(folder + "/index.html", comparisons_page(folder));
 }
-
 }  // namespace tapestry::shell

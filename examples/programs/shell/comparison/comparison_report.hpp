@@ -1,13 +1,10 @@
 #pragma once
-
 #include "../csv.hpp"
 #include "../protocol/tables.hpp"
 #include "comparison.hpp"
 
 namespace tapestry::shell {
-
 namespace detail {
-
 inline std::string percent_text(double share, const std::array<double, 2>& interval) {
   return fixed(100 * share, 1) + " " + interval_text(interval);
 }
@@ -158,7 +155,6 @@ inline std::vector<WordTable> tables_of_row(const Comparison& comparison) {
   std::erase_if(effects.rows, is_blank);
   return {std::move(textures), std::move(effects)};
 }
-
 }  // namespace detail
 
 /// The tables of a comparison, one figure each, or two of one row alone; without those that have no words.
@@ -184,7 +180,6 @@ inline std::vector<WordTable> comparison_tables(const Comparison& comparison) {
 }
 
 namespace detail {
-
 /// Fields of a texture, in the order of comparison_csv().
 inline std::string csv_fields(const ComparedTexture& texture) {
   std::vector<double> sweep;
@@ -222,7 +217,6 @@ inline std::string csv_header() {
          "first_minus_high,odds_ratio,odds_ratio_low,odds_ratio_high,effect_picture,effect_picture_low,"
          "effect_picture_high\n";
 }
-
 }  // namespace detail
 
 /// The order of the rows by four measures of their effect, in each column where the measures
@@ -284,5 +278,4 @@ inline std::string comparison_csv(const Comparison& comparison) {
     }
   return text;
 }
-
 }  // namespace tapestry::shell

@@ -1,12 +1,10 @@
 #pragma once
-
 #include "../protocol/inputs.hpp"
 #include "../protocol/result.hpp"
 #include "../run_origin.hpp"
 #include "same_content.hpp"
 
 namespace tapestry::shell {
-
 struct MeasuredFolder {
   std::string path;
   Protocol protocol;
@@ -23,7 +21,6 @@ struct MeasuredFolder {
 };
 
 namespace detail {
-
 /// The member of a JSON object with this type.
 /// \throws FileError (malformed) if there is none
 template <class Value>
@@ -170,7 +167,6 @@ inline void require_paint_of_run(const Json& settings, const std::string& run, c
       throw file_mismatch({path, "", "measured a " + file.path + " that is not of " + run,
                            "SHA-256 " + written.get<std::string>(), "SHA-256 " + file.sha256});
 }
-
 }  // namespace detail
 
 /// Reads the folder of a finished measurement.
@@ -200,5 +196,4 @@ inline MeasuredFolder read_measured_folder(const std::string& folder) {
     measured.outcomes.draws[static_cast<std::size_t>(noise - measured.textures.begin())] += extra_draws;
   return measured;
 }
-
 }  // namespace tapestry::shell

@@ -1,9 +1,7 @@
 #pragma once
-
 #include "../run_folder.hpp"
 
 namespace tapestry::shell {
-
 struct ReadFile {
   std::string path, sha256;
 
@@ -27,7 +25,6 @@ struct MeasuredContent {
 };
 
 namespace detail {
-
 /// The first difference between the files that two folders read for the same purpose; empty if the contents
 /// are the same, whatever their names.
 inline std::string difference(const std::string& folder, const ReadFiles& files, const std::string& other,
@@ -109,7 +106,5 @@ inline void add_options(MeasuredContent& content, const Json& options, bool on_p
     (name == "seed" || is_one_of(shared, name) ? content.options : content.picture)[name] = value;
   }
 }
-
 }  // namespace detail
-
 }  // namespace tapestry::shell

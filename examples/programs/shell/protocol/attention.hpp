@@ -1,12 +1,10 @@
 #pragma once
-
 #include "../heat_map_picture.hpp"
 #include "../inputs.hpp"
 #include "digital.hpp"
 #include "measurement.hpp"
 
 namespace tapestry::shell {
-
 /// Share of a detector's heat that lies on the car; 0 if there is no heat.
 inline double attention_share(const Array<float, 3>& picture, const camouflage::View<float>& view,
                               const FurtherDetector& detector, HeatMap heat_map) {
@@ -78,5 +76,4 @@ inline Protocol attention_protocol(const ProtocolSettings& settings, std::uint64
   protocol.figure = attention_figure;
   return protocol;
 }
-
 }  // namespace tapestry::shell

@@ -1,9 +1,7 @@
 #pragma once
-
 #include "protocol.hpp"
 
 namespace tapestry::shell {
-
 inline constexpr std::array<const char*, 4> bar_styles{"first", "second", "third", "fourth"};
 
 /// Style of a texture's bar: clean, the camouflage, matched noise and unpainted.
@@ -68,5 +66,4 @@ inline Legend bar_legend(const ProtocolResult& result) {
     legend.keys.emplace_back(bar_style(result, texture), result.textures[texture]);
   return legend;
 }
-
 }  // namespace tapestry::shell

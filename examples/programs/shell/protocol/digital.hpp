@@ -1,10 +1,8 @@
 #pragma once
-
 #include "protocol.hpp"
 #include "settings.hpp"
 
 namespace tapestry::shell {
-
 inline constexpr std::size_t quick_photographs = 20;
 
 /// A cell for each detector, which measures every photograph, one detector after another.
@@ -73,5 +71,4 @@ inline Protocol digital_protocol(const ProtocolSettings&, std::uint64_t, const P
   protocol.figure = texture_figure;
   return protocol;
 }
-
 }  // namespace tapestry::shell

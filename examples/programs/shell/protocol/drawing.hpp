@@ -1,10 +1,8 @@
 #pragma once
 #include <algorithm>
-
 #include "../formatted.hpp"
 
 namespace tapestry::shell {
-
 /// A part of a figure, in its own coordinates.
 struct Panel {
   double width = 0;
@@ -213,5 +211,4 @@ inline std::string figure_html(const Figure& figure) {
   for (const Panel& panel : figure.panels) html += drawing(panel);
   return html + "</div>\n";
 }
-
 }  // namespace tapestry::shell

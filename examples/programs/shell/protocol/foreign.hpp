@@ -1,11 +1,9 @@
 #pragma once
-
 #include "../comparison/measured_folder.hpp"
 #include "../foreign_detections.hpp"
 #include "run.hpp"
 
 namespace tapestry::shell {
-
 struct ForeignRequest {
   std::string pictures, detections;  ///< folder and file
   double confidence = 0.25;          ///< a detection's must be above it
@@ -98,5 +96,4 @@ inline int evaluate_foreign_protocol(const ForeignRequest& request, const Export
 } catch (const Json::exception& error) {
   throw malformed_file({instances_path(request.pictures), "", json_fault(error.what())});
 }
-
 }  // namespace tapestry::shell

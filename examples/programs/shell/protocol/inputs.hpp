@@ -1,12 +1,10 @@
 #pragma once
 #include <unordered_set>
-
 #include "../camouflage_source.hpp"
 #include "../measured_controls.hpp"
 #include "protocols.hpp"
 
 namespace tapestry::shell {
-
 namespace detail {
 /// The path of a folder in a standard form.
 inline std::string plain_folder(const std::filesystem::path& folder) {
@@ -242,5 +240,4 @@ inline ProtocolSubject subject_of(const ProtocolRequest& request, const Protocol
                  request.settings.further_weights.end());
   return subject_of(weights, inputs.photographs.size());
 }
-
 }  // namespace tapestry::shell

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/io/npy.hpp>
-
 #include "../exported_pictures.hpp"
 #include "../progress.hpp"
 #include "../ranks.hpp"
@@ -8,7 +7,6 @@
 #include "protocol.hpp"
 
 namespace tapestry::shell {
-
 /// Calls visit(name, array) for each array of some outcomes.
 template <class Outcomes, class Visit>
 void for_each_array(Outcomes& outcomes, Visit visit) {
@@ -276,5 +274,4 @@ class ProtocolMeasurement {
   std::vector<std::optional<evaluate::Photograph>> pictures_{};  ///< of views_, with each texture
   ProgressLine progress_;
 };
-
 }  // namespace tapestry::shell

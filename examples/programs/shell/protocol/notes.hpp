@@ -1,10 +1,8 @@
 #pragma once
-
 #include "../build_facts.hpp"
 #include "inputs.hpp"
 
 namespace tapestry::shell {
-
 inline std::string note_on_shape(const Protocol& protocol) {
   std::string note =
       "Shape: the camouflage and its controls are on the car in the shape that the run has optimised, clean "
@@ -121,5 +119,4 @@ inline std::vector<std::string> notes_of(const Protocol& protocol, const Protoco
   notes.push_back(input + ", seed " + std::to_string(request.seed) + ". " + computed_by_text() + ".");
   return notes;
 }
-
 }  // namespace tapestry::shell

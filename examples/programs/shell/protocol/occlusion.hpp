@@ -1,10 +1,8 @@
 #pragma once
-
 #include "bars.hpp"
 #include "settings.hpp"
 
 namespace tapestry::shell {
-
 inline Figure occlusion_figure(const Protocol& protocol, const ProtocolResult& result) {
   Figure figure{"How often the detector finds the partly hidden car", {}, bar_legend(result), 2};
   const auto& table = protocol.table;
@@ -50,5 +48,4 @@ inline Protocol occlusion_protocol(const ProtocolSettings& settings, std::uint64
   protocol.figure = occlusion_figure;
   return protocol;
 }
-
 }  // namespace tapestry::shell

@@ -1,5 +1,4 @@
 #pragma once
-
 #include "../../../scenes/drawn_frames.hpp"
 #include "../../../scenes/make_scene.hpp"
 #include "bars.hpp"
@@ -7,7 +6,6 @@
 #include "street.hpp"
 
 namespace tapestry::shell {
-
 /// The street of a frame: the same light, sky, road and verges in all frames of a surrounding, and nothing
 /// else but buildings and hills. A scene that hides part of the car is drawn again.
 inline io::Frame physical_street(const scenes::Vehicle& vehicle, const evaluate::ProtocolFrame& frame,
@@ -97,5 +95,4 @@ inline Protocol physical_protocol(const ProtocolSettings& settings, std::uint64_
   protocol.figure = physical_figure;
   return protocol;
 }
-
 }  // namespace tapestry::shell

@@ -1,11 +1,9 @@
 #pragma once
 #include <tapestry/evaluate/protocol_cells.hpp>
-
 #include "../../../scenes/vehicle.hpp"
 #include "drawing.hpp"
 
 namespace tapestry::shell {
-
 /// Change to every picture of a frame, for all textures.
 struct FrameChange {
   double hidden_share = 0;  ///< of the car's silhouette
@@ -108,5 +106,4 @@ struct Protocol {
       photograph{};
   std::function<Figure(const Protocol&, const ProtocolResult&)> figure{};
 };
-
 }  // namespace tapestry::shell

@@ -1,12 +1,10 @@
 #pragma once
-
 #include "attention.hpp"
 #include "physical.hpp"
 #include "traffic.hpp"
 #include "views.hpp"
 
 namespace tapestry::shell {
-
 enum class Surroundings : std::uint8_t { plain, streets, photographs };
 
 /// A protocol's name, a sentence for help, and the function that makes it from settings and a seed.
@@ -57,5 +55,4 @@ inline bool is_on_photographs(const std::string& name) {
 inline bool is_before_plain_background(const std::string& name) {
   return !is_on_photographs(name) && !has_surroundings(name, Surroundings::streets);
 }
-
 }  // namespace tapestry::shell

@@ -1,5 +1,4 @@
 #pragma once
-
 #include "../csv.hpp"
 #include "../inputs_table.hpp"
 #include "../page.hpp"
@@ -8,7 +7,6 @@
 #include "tables.hpp"
 
 namespace tapestry::shell {
-
 inline std::vector<WordTable> section_tables(const Protocol& protocol, const ProtocolResult& result) {
   std::vector<WordTable> tables;
   for (const auto& section : result.sections)
@@ -179,5 +177,4 @@ inline std::string protocol_html(const Protocol& protocol, const ProtocolResult&
   page += "</ul>\n" + inputs_html(inputs);
   return page + (list.views.empty() ? "</body></html>\n" : list_html(list, "") + page_end(list_json(list)));
 }
-
 }  // namespace tapestry::shell

@@ -1,11 +1,9 @@
 #pragma once
-
 #include "../report.hpp"
 #include "../view_list.hpp"
 #include "protocol.hpp"
 
 namespace tapestry::shell {
-
 /// Number of draws of each texture: neighbours of one name are its draws.
 inline std::vector<std::size_t> draws_of(const std::vector<evaluate::Control>& textures) {
   std::vector<std::size_t> draws;
@@ -127,5 +125,4 @@ inline MeasuredFrames measured_frames(const Protocol& protocol, const ProtocolRe
   }
   return measured;
 }
-
 }  // namespace tapestry::shell

@@ -1,5 +1,4 @@
 #pragma once
-
 #include "../run_origin.hpp"
 #include "notes.hpp"
 #include "report.hpp"
@@ -7,7 +6,6 @@
 #include "source.hpp"
 
 namespace tapestry::shell {
-
 /// The run of a camouflage: its folder, seed and class, and the files of the detectors that it was optimised
 /// against.
 inline Json run_json(const std::string& run) {
@@ -290,5 +288,4 @@ inline int evaluate_protocol(ProtocolRequest request) {
   if (!folder.empty()) remark("written: " + folder + "/" + protocol.name + ".html");
   return 0;
 }
-
 }  // namespace tapestry::shell

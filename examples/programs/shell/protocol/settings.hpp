@@ -1,10 +1,8 @@
 #pragma once
 #include <CLI/CLI.hpp>
-
 #include "../problem_list.hpp"
 
 namespace tapestry::shell {
-
 inline constexpr std::size_t most_noise_draws = 1000;
 
 /// The paper's measurement to repeat, and its settings.
@@ -72,5 +70,4 @@ inline void require_sound(const ProtocolSettings& s, const std::vector<std::stri
   for (const double channel : s.background)
     list.require(channel >= 0 && channel <= 1, "--background takes numbers from 0 to 1");
 }
-
 }  // namespace tapestry::shell

@@ -1,9 +1,7 @@
 #pragma once
-
 #include "inputs.hpp"
 
 namespace tapestry::shell {
-
 inline evaluate::ProtocolPicture picture_of(const ProtocolRequest& request,
                                             const detect::Detector<float>& detector) {
   const auto& background = request.settings.background;
@@ -97,5 +95,4 @@ inline ProtocolSource source_of(const Protocol& protocol, const ProtocolRequest&
     };
   return source;
 }
-
 }  // namespace tapestry::shell

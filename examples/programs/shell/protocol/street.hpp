@@ -1,11 +1,9 @@
 #pragma once
 #include <tapestry/evaluate/views.hpp>
-
 #include "../../../scenes/car.hpp"
 #include "../../../scenes/scene.hpp"
 
 namespace tapestry::shell {
-
 /// Car length in the streets of protocols, which are in metres; half of it is the unit of distances.
 inline constexpr double street_car_length_m = 4.6;
 
@@ -29,5 +27,4 @@ inline std::string name_of_view(const evaluate::ProtocolFrame& frame) {
   const auto number = evaluate::detail::short_number;
   return "distance " + number(frame.distance) + ", azimuth " + number(frame.azimuth_deg);
 }
-
 }  // namespace tapestry::shell

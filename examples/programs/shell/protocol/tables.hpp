@@ -1,11 +1,9 @@
 #pragma once
-
 #include "../report.hpp"
 #include "../word_table.hpp"
 #include "protocol.hpp"
 
 namespace tapestry::shell {
-
 /// One word for each cell of the protocol's table.
 template <class Word>
 WordTable grid_table(const Protocol& protocol, const ProtocolResult& result, const std::string& title,
@@ -201,5 +199,4 @@ inline std::vector<std::string> findings(const Protocol& protocol, const Protoco
     if (!text.empty()) sentences.push_back(text);
   return sentences;
 }
-
 }  // namespace tapestry::shell

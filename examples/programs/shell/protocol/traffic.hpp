@@ -1,12 +1,10 @@
 #pragma once
-
 #include "../../../scenes/drawn_frames.hpp"
 #include "../../../scenes/make_scene.hpp"
 #include "occlusion.hpp"
 #include "street.hpp"
 
 namespace tapestry::shell {
-
 /// The street of a frame without its car, and the mask of its part that other vehicles do not hide. Draws
 /// scenes until that share is in the frame's group. If none of some hundred is: a frame without a visible
 /// car, which is left out.
@@ -55,5 +53,4 @@ inline Protocol traffic_protocol(const ProtocolSettings& settings, std::uint64_t
   protocol.figure = occlusion_figure;
   return protocol;
 }
-
 }  // namespace tapestry::shell

@@ -1,10 +1,8 @@
 #pragma once
-
 #include "protocol.hpp"
 #include "settings.hpp"
 
 namespace tapestry::shell {
-
 /// Results of one texture as rings of distances around the car, seen from above with its front upwards.
 class PolarPanel {
  public:
@@ -104,5 +102,4 @@ inline Protocol views_protocol(const ProtocolSettings& settings, std::uint64_t, 
   protocol.figure = views_figure;
   return protocol;
 }
-
 }  // namespace tapestry::shell

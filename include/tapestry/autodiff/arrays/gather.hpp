@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/detail/arrays/reduction.hpp>
 
 namespace tapestry {
-
 /// One element as a scalar. \throws ShapeError if the index lies outside
 template <class T, std::size_t Rank>
 [[nodiscard]] Variable<T> element(const ArrayVariable<T, Rank>& x, const Extents<Rank>& index) {
@@ -73,5 +72,4 @@ template <std::size_t Rank, DifferentiableArray X>
   };
   return record_array(std::move(value), CarriesTangents{pullback}, variable);
 }
-
 }  // namespace tapestry

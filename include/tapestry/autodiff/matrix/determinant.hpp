@@ -3,7 +3,6 @@
 
 namespace tapestry {
 namespace detail {
-
 /// Turns the adjoint of a small L, [N, N], into that of A = L Lᵀ, lower triangle alone: with S = L⁻ᵀ Φ(Lᵀ L̄)
 /// L⁻¹, where Φ takes the lower triangle and half the diagonal, Ā = S + Sᵀ below the diagonal and S on it.
 template <class Factor, class Adjoint>
@@ -119,7 +118,6 @@ template <class T>
 }  // namespace detail
 
 namespace matrix {
-
 /// The lower triangular L of A = L Lᵀ for a symmetric, positive definite A, as one record. Reads A's lower
 /// triangle alone. It receives the whole adjoint: an entry below the diagonal stands for two. NaN gives NaN.
 ///
@@ -211,7 +209,5 @@ template <detail::MatrixOfVariables A>
   };
   return detail::record_number<T>(value, pullback, input);
 }
-
 }  // namespace matrix
-
 }  // namespace tapestry

@@ -6,7 +6,6 @@
 
 namespace tapestry {
 namespace detail {
-
 template <class T>
 using LuDecomposition = Eigen::PartialPivLU<DenseMatrix<T>>;
 
@@ -48,7 +47,6 @@ void fold_into_lower(DenseMatrix<T>& adjoint) {
 }  // namespace detail
 
 namespace matrix {
-
 /// Which part of a triangular matrix is read.
 enum class Triangle { lower, upper };
 
@@ -201,6 +199,5 @@ template <detail::AnyMatrix A, detail::MatrixBeside<A> B>
   };
   return detail::record_matrix<detail::columns_of<B>()>(x, pullback, left, right);
 }
-
 }  // namespace matrix
 }  // namespace tapestry

@@ -2,7 +2,6 @@
 #include <tapestry/camouflage/objective.hpp>
 
 namespace tapestry::camouflage {
-
 /// Renders of the car in some views, on the tape.
 template <std::floating_point T>
 struct DrawnViews {
@@ -35,5 +34,4 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] Variable<T> smoothness_of(ViewSpan<T> views, const DrawnViews<T>& drawn,
                                         const ArrayVariable<T, 4>& pictures);
-
 }  // namespace tapestry::camouflage

@@ -2,7 +2,6 @@
 #include <tapestry/camouflage/shape_parameter.hpp>
 
 namespace tapestry::camouflage {
-
 ShapeParameter shape_parameter(const raster::PaintedMesh& car) {
   if (raster::is_filtered(car.layout))
     throw DomainError("shape_parameter: expected a bilinear atlas, found a filtered one");
@@ -15,5 +14,4 @@ ShapeParameter shape_parameter(const raster::PaintedMesh& car) {
     for (std::int32_t& corner : face) corner = edges->welded[static_cast<std::size_t>(corner)];
   return {car, edges, geometry::mesh_topology(welded)};
 }
-
 }  // namespace tapestry::camouflage

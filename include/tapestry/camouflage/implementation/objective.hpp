@@ -9,7 +9,6 @@
 #include <tapestry/loss/smoothness.hpp>
 
 namespace tapestry::camouflage {
-
 template <std::floating_point T>
 std::vector<detect::KeptPicture<T>*> KeptLayers<T>::of(const detect::Detector<T>& detector, Views views,
                                                        double least_share) {
@@ -180,5 +179,4 @@ Variable<T> Objective<T>::operator()(const ArrayVariable<T, 2>& parameter, Views
   terms_.add(of_paint.terms);
   return loss + of_paint.loss;
 }
-
 }  // namespace tapestry::camouflage

@@ -5,7 +5,6 @@
 #include <tapestry/raster/mesh_pictures.hpp>
 
 namespace tapestry::camouflage {
-
 template <std::floating_point T>
 Paint<T> without_paint(Array<T, 2> colours) {
   std::vector<std::uint8_t> painted(colours.shape(0), 0);
@@ -30,7 +29,6 @@ Array<T, 2> printed(const Paint<T>& paint, const image::ColourChange& print) {
 }
 
 namespace detail {
-
 /// Own colour of a face around a point: its picture's mean over the parallelogram of sides(), or its
 /// material's colour.
 template <std::invocable Sides>
@@ -41,7 +39,6 @@ std::array<float, 3> own_colour(const raster::PaintedMesh& car, std::size_t face
   const auto middle = raster::uv_of_point(car.mesh, face, barycentric);
   return raster::mean_colour(*picture, car.space, middle, sides());
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -108,5 +105,4 @@ Array<T, 2> solid_colours(std::size_t texel_count, const std::array<double, 3>& 
   for (std::size_t i = 0; i < colours.size(); ++i) colours.data()[i] = static_cast<T>(colour[i % 3]);
   return colours;
 }
-
 }  // namespace tapestry::camouflage

@@ -4,7 +4,6 @@
 
 namespace tapestry::camouflage {
 namespace detail {
-
 /// \throws FileError (mismatch) with the text `wrong`, unless an array of a file is [count, 3]
 inline void require_rows_of_3(const std::string& path, const char* wrong, std::size_t count,
                               const Array<float, 2>& found) {
@@ -12,7 +11,6 @@ inline void require_rows_of_3(const std::string& path, const char* wrong, std::s
   throw file_mismatch({path, "", wrong, io::shape_text(std::vector<std::size_t>{count, 3}),
                        io::shape_text(std::vector<std::size_t>{found.shape(0), found.shape(1)})});
 }
-
 }  // namespace detail
 
 Paint<float> read_paint(const std::string& path, std::size_t texel_count) {
@@ -71,5 +69,4 @@ std::string read_layout(const std::string& path) {
   const auto text = file.get("layout").as<std::uint8_t>();
   return {text.begin(), text.end()};
 }
-
 }  // namespace tapestry::camouflage

@@ -3,7 +3,6 @@
 #include <tapestry/raster/fragments.hpp>
 
 namespace tapestry::camouflage {
-
 std::optional<std::array<std::int64_t, 6>> place_of(const io::Frame& frame, const PhotoLight& settings) {
   using Place = std::array<std::int64_t, 6>;
   if (frame.camera || !frame.pose)
@@ -75,5 +74,4 @@ std::optional<raster::EstimatedLight> photo_light(std::span<const io::Frame> fra
   estimate.light.occlusion = settings.occlusion;
   return estimate;
 }
-
 }  // namespace tapestry::camouflage

@@ -1,13 +1,11 @@
 #pragma once
 #include <tapestry/camouflage/detail/drawn_views.hpp>
 #include <tapestry/camouflage/photo_session.hpp>
-#include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over.hpp>
 #include <tapestry/loss/smoothness.hpp>
 
 namespace tapestry::camouflage {
 namespace detail {
-
 /// The box around the covered pixels of a view after a warp; empty if some come to lie behind the camera. A
 /// warp keeps lines straight, so that the ends of each row are enough.
 template <std::floating_point T>
@@ -44,7 +42,6 @@ inline detect::Box cut_to(const detect::Box& box, double height, double width) {
   const double top = std::clamp(box.top(), 0.0, height), bottom = std::clamp(box.bottom(), 0.0, height);
   return detect::box_from_corners(left, top, right, bottom);
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -90,7 +87,6 @@ ArrayVariable<T, 4> photographed(const ArrayVariable<T, 4>& pictures, const Phot
 }
 
 namespace detail {
-
 /// Pictures of one size as a batch, [N, H, W, C].
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> in_batch(const std::vector<ArrayVariable<T, 3>>& pictures) {
@@ -101,7 +97,6 @@ template <std::floating_point T>
   }
   return concatenate(std::span<const ArrayVariable<T, 4>>(batch), 0);
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -163,5 +158,4 @@ Variable<T> smoothness_of(ViewSpan<T> views, const DrawnViews<T>& drawn,
   }
   return loss::smoothness(pictures, std::move(masks)) / static_cast<T>(views.size());
 }
-
 }  // namespace tapestry::camouflage

@@ -4,7 +4,6 @@
 
 namespace tapestry::camouflage {
 namespace detail {
-
 inline ObjectiveTerms terms_of(const double* row) {
   ObjectiveTerms terms;
   for (const auto& term : ObjectiveTerms::all) terms.*term.value = *row++;
@@ -33,7 +32,6 @@ void require_sound_state(const std::string& path, const TrainingState<T>& state)
     throw file_mismatch({path, "", "adam_step does not fit the step number", std::to_string(state.step),
                          std::to_string(state.adam.step)});
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -84,5 +82,4 @@ Checkpoint<T> read_checkpoint(const std::string& path) {
     state.history.push_back(detail::terms_of(history.data() + i * detail::history_columns));
   return checkpoint;
 }
-
 }  // namespace tapestry::camouflage

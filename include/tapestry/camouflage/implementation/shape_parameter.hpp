@@ -4,12 +4,10 @@
 
 namespace tapestry::camouflage {
 namespace detail {
-
 /// The longest edge of a mesh's bounding box, in its units; 0 without finite positions.
 [[nodiscard]] inline double longest_extent(const geometry::Mesh& mesh) {
   return 2 * geometry::bounds_of(mesh.positions).half_length();
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -63,5 +61,4 @@ RedrawnView<T> redrawn(const View<T>& view, const ShapeParameter& shape, const A
   return {render, image::over(render, coverage, ArrayVariable<T, 3>(view.background), 0, 0, view.space),
           std::make_shared<const Array<T, 2>>(detail::interior_of(coverage.value()))};
 }
-
 }  // namespace tapestry::camouflage

@@ -2,7 +2,6 @@
 #include <tapestry/camouflage/training.hpp>
 
 namespace tapestry::camouflage {
-
 template <std::floating_point T>
 Training<T>::Training(Objective<T>& objective, ViewStore<T>& store, std::vector<std::size_t> usable,
                       Array<T, 2> start, TrainingOptions options)
@@ -235,5 +234,4 @@ void StageClock<T>::mark(Stage before) {
     shared->swept = before;
   });
 }
-
 }  // namespace tapestry::camouflage

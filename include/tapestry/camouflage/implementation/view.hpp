@@ -8,7 +8,6 @@
 
 namespace tapestry::camouflage {
 namespace detail {
-
 /// m = 1 where any pixel of the frame's mask under the bilinear kernel is not zero: the rule of the
 /// published data set, whose masks are slightly dilated silhouettes. Beside the frame it is 0.
 template <std::floating_point T>
@@ -114,7 +113,6 @@ inline std::optional<raster::EstimatedLight> light_of(const io::Frame& frame, co
                                                                        settings.shadow_pixels);
   return estimate;
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -294,5 +292,4 @@ typename ViewStore<T>::ViewPointer ViewStore<T>::unpacked(const Kept& kept) {
   if (kept.background.size() > 0) view->background = image::from_bytes<T>(kept.background);
   return view;
 }
-
 }  // namespace tapestry::camouflage

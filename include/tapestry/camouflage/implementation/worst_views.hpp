@@ -2,7 +2,6 @@
 #include <tapestry/camouflage/objective_terms.hpp>
 
 namespace tapestry::camouflage {
-
 std::vector<double> worst_view_weights(std::span<const double> losses, double share) {
   if (!(share > 0 && share <= 1))
     throw DomainError({"worst_view_weights: the share is ", share, ", expected above 0 and at most 1"});
@@ -22,5 +21,4 @@ std::vector<double> worst_view_weights(std::span<const double> losses, double sh
   }
   return weights;
 }
-
 }  // namespace tapestry::camouflage

@@ -2,7 +2,6 @@
 #include <tapestry/camouflage/detail/method/method.hpp>
 
 namespace tapestry::camouflage {
-
 /// The whole painted body, each texel for itself.
 ///
 /// Source: Wang et al., "FCA: Learning a 3D Full-coverage Vehicle Camouflage for Multi-view Physical
@@ -46,7 +45,6 @@ template <std::floating_point T>
 }
 
 namespace detail {
-
 inline bool is_inside(const std::array<double, 2>& place) {
   return std::min(place[0], place[1]) >= 0 && std::max(place[0], place[1]) <= 1;
 }
@@ -69,7 +67,6 @@ struct PatchSquare {
     return {0.5 - (texel.up - (top + bottom) / 2) / side, 0.5 + (texel.right - (left + right) / 2) / side};
   }
 };
-
 }  // namespace detail
 
 /// One square picture on roof, hood and doors, upright and readable on each, as large as the panel allows;
@@ -143,7 +140,6 @@ template <std::floating_point T>
 }
 
 namespace detail {
-
 /// Noise between the points of a lattice, in [0, 1): smooth, and the same at the same place.
 [[nodiscard]] inline double lattice_noise(const std::array<double, 3>& x, const Random& random) {
   std::array<double, 3> share{}, base{};
@@ -183,7 +179,6 @@ namespace detail {
   for (std::size_t c = 0; c < 3; ++c) colour[c] = (1 - share) * dark[c] + share * straw[c];
   return colour;
 }
-
 }  // namespace detail
 
 /// Largest distance of a colour of upc() from its picture.
@@ -265,5 +260,4 @@ template <std::floating_point T>
   method.shape = std::make_shared<const ShapeParameter>(shape_parameter(car));
   return method;
 }
-
 }  // namespace tapestry::camouflage

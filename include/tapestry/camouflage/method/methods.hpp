@@ -2,7 +2,6 @@
 #include <tapestry/camouflage/method/comparators.hpp>
 
 namespace tapestry::camouflage {
-
 /// Requirements of a method, and how it differs from others for a program.
 struct MethodTraits {
   bool needs_atlas = false;        ///< paints parts of an atlas
@@ -85,5 +84,4 @@ template <std::floating_point T>
                                        std::uint64_t seed) {
   return method_row<T>(name).make(car, seed);
 }
-
 }  // namespace tapestry::camouflage

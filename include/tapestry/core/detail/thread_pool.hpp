@@ -12,7 +12,6 @@
 #include <vector>
 
 namespace tapestry::detail {
-
 /// Threads that help callers of parallel_for() with their loops. They start when they are first needed, sleep
 /// while there is nothing to do, and stay until the program ends.
 ///
@@ -181,5 +180,4 @@ class ThreadPool {
   std::size_t sleeping_ = 0;
   std::atomic<int> patience_{short_patience};
 };
-
 }  // namespace tapestry::detail

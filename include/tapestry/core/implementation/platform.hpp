@@ -17,7 +17,6 @@
 #endif
 
 namespace tapestry::platform {
-
 #if !(defined(__unix__) || defined(__APPLE__)) || defined(__EMSCRIPTEN__)
 // No other process shares a program's work.
 int silence_standard_streams() { return 2; }
@@ -41,5 +40,4 @@ std::string processor_name() {
 #endif
   return machine_name();
 }
-
 }  // namespace tapestry::platform

@@ -28,7 +28,6 @@
 /// Memory from the operating system, apart from the rest of core/platform.hpp, because the tape needs no
 /// more. Large blocks come from a PagePool.
 namespace tapestry::platform {
-
 /// Alignment in bytes of memory of this size: 64, or 2 MiB, a large page, where it fills one.
 [[nodiscard]] constexpr std::size_t alignment_for(std::size_t size) {
   constexpr std::size_t large_page = std::size_t(2) << 20U;
@@ -230,5 +229,4 @@ struct PageAllocator {
     return true;
   }
 };
-
 }  // namespace tapestry::platform

@@ -6,7 +6,6 @@
 #include <vector>
 
 namespace tapestry::detect {
-
 /// A growing set of boxes that finds those which overlap another box.
 ///
 /// The plane is cut by vertical and horizontal lines into tiles, and these are merged two by two into coarser
@@ -107,5 +106,4 @@ class BoxGrid {
   std::vector<double> rows_;     ///< y likewise
   std::vector<Level> levels_;    ///< finest first; each has half the side of the one before
 };
-
 }  // namespace tapestry::detect

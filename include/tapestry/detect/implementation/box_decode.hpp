@@ -6,7 +6,6 @@
 
 namespace tapestry::detect {
 namespace detail {
-
 /// Adds the detections of a candidate that is sure enough.
 /// \param logit      takes a channel of the candidate
 /// \param detection  common part: objectness, head and candidate
@@ -112,7 +111,6 @@ inline void suppress_within(std::span<const Detection> detections, double iou_th
     kept_boxes.insert(candidate.box);
   }
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -179,5 +177,4 @@ std::vector<DecodedHead<T>> detail::decoded_heads(const std::vector<Head>& heads
     decoded.push_back(decode(heads[h], logits[h], input_height, input_width));
   return decoded;
 }
-
 }  // namespace tapestry::detect

@@ -2,7 +2,6 @@
 #include <tapestry/detect/darknet_model.hpp>
 
 namespace tapestry::detect {
-
 std::string constant_name(const ParameterBlock& block) {
   constexpr std::array<const char*, 5> suffixes{".biases", ".scales", ".means", ".variances", ".weights"};
   return "layer_" + std::to_string(block.layer) + suffixes[static_cast<std::size_t>(block.role)];
@@ -13,5 +12,4 @@ nn::Shape constant_shape(const NetworkConfig& config, const ParameterBlock& bloc
   if (block.role != ParameterRole::weight) return {layer.filters};
   return {layer.filters, block.count / (layer.filters * layer.size * layer.size), layer.size, layer.size};
 }
-
 }  // namespace tapestry::detect

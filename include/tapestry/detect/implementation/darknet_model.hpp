@@ -2,7 +2,6 @@
 #include <tapestry/detect/darknet_model.hpp>
 
 namespace tapestry::detect {
-
 template <std::floating_point T>
 DarknetModel<T>::DarknetModel(NetworkConfig config, std::optional<Array<T, 1>> parameters,
                               std::size_t input_height, std::size_t input_width)
@@ -125,5 +124,4 @@ void DarknetModel<T>::update_running_statistics(const Pass<T>& pass, double mome
     move(layout_.layers[i].variance, unbias);
   }
 }
-
 }  // namespace tapestry::detect

@@ -3,7 +3,6 @@
 
 namespace tapestry::detect {
 namespace detail {
-
 void check_decode(const NetworkConfig& config) {
   const LayerConfig* first = nullptr;
   for (std::size_t i = 0; i < config.layers.size(); ++i) {
@@ -22,7 +21,6 @@ void check_decode(const NetworkConfig& config) {
                    "activation=logistic in a [convolutional] layer right before it", "none");
   }
 }
-
 }  // namespace detail
 
 std::vector<std::size_t> inputs_of(const NetworkConfig& config, std::size_t index) {
@@ -115,5 +113,4 @@ NetworkConfig without_batch_norm(NetworkConfig config) {
   for (LayerConfig& layer : config.layers) layer.batch_normalize = false;
   return config;
 }
-
 }  // namespace tapestry::detect

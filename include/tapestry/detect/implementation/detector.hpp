@@ -6,7 +6,6 @@
 #include <tapestry/detect/implementation/detector/stages.hpp>
 
 namespace tapestry::detect {
-
 namespace detail {
 [[nodiscard]] inline bool takes_batch_statistics(const nn::NetworkDescription& network) {
   return std::ranges::any_of(network.nodes, [](const nn::Node& node) {
@@ -149,5 +148,4 @@ Detector<T>& Detector<T>::operator=(Detector&&) noexcept = default;
 
 template <std::floating_point T>
 Detector<T>::~Detector() = default;
-
 }  // namespace tapestry::detect

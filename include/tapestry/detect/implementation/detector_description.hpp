@@ -2,7 +2,6 @@
 #include <tapestry/detect/detector_description.hpp>
 
 namespace tapestry::detect {
-
 HeadKind head_kind_by_name(std::string_view name) {
   for (const HeadKind kind : head_kinds)
     if (name_of(kind) == name) return kind;
@@ -67,11 +66,9 @@ std::size_t class_count_of(const DetectorDescription& description, std::size_t c
                       name_of(description.head), " heads"});
   return (channels - others) / candidates;
 }
-
 }  // namespace tapestry::detect
 
 namespace tapestry::detect::detail {
-
 void DecodedOutputNodes::give_picture_axis() {
   const bool is_one = outputs_.boxes == outputs_.scores;
   if (!outputs_.labels.empty()) {
@@ -200,5 +197,4 @@ std::string DecodedOutputNodes::to_pixels(std::size_t height, std::size_t width)
   }
   return constant({{4, 4}, nn::ElementType::floating, std::move(matrix)});
 }
-
 }  // namespace tapestry::detect::detail

@@ -3,7 +3,6 @@
 
 namespace tapestry::detect {
 namespace detail {
-
 template <std::floating_point T>
 std::vector<std::shared_ptr<const Array<T, 4>>> shared_logits(const std::shared_ptr<Pass<T>>& pass) {
   std::vector<std::shared_ptr<const Array<T, 4>>> logits;
@@ -21,7 +20,6 @@ std::vector<ArrayVariable<T, 4>> record_logits(const Detector<T>& detector,
   };
   return record_shared_arrays<T, 4>(shared_logits(pass), pullback, images);
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -205,5 +203,4 @@ std::pair<std::vector<ArrayVariable<T, 4>>, std::vector<ArrayVariable<T, 4>>> fo
   const auto middle = all.begin() + static_cast<std::ptrdiff_t>(pass->heads);
   return {{all.begin(), middle}, {middle, all.end()}};
 }
-
 }  // namespace tapestry::detect

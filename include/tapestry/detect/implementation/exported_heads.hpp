@@ -4,7 +4,6 @@
 
 namespace tapestry::detect {
 namespace detail {
-
 struct OutputGroup {
   std::size_t height = 0, width = 0;
   std::vector<std::size_t> outputs{};
@@ -79,7 +78,6 @@ inline void put_in_order(const Head& head, const std::vector<nn::Shape>& shapes,
 } catch (const DomainError& error) {
   throw file_mismatch({path, "", error.what()});
 }
-
 }  // namespace detail
 
 ExportedHeads exported_heads(const std::string& path, const DetectorDescription& kind,
@@ -117,5 +115,4 @@ ExportedHeads exported_heads(const std::string& path, const DetectorDescription&
   }
   return exported;
 }
-
 }  // namespace tapestry::detect

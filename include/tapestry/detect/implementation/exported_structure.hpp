@@ -5,7 +5,6 @@
 
 namespace tapestry::detect {
 namespace detail {
-
 /// Whether every grid has one convolution of K filters and one of each of `parts`.
 [[nodiscard]] inline bool are_apart(std::vector<std::size_t> filters, std::size_t grids,
                                     const std::vector<std::size_t>& parts) {
@@ -81,7 +80,6 @@ inline void require_decoded_scores(const nn::NetworkDescription& network, const 
   throw other_kind(network.path, kind, "scores " + in_quotes(kind.decoded.scores), "logits",
                    "probabilities of " + nn::label_of(*maker));
 }
-
 }  // namespace detail
 
 void require_layers_of(const nn::NetworkDescription& network, const DetectorDescription& kind) {
@@ -150,5 +148,4 @@ std::optional<DetectorDescription> recognised_detector(const nn::NetworkDescript
     }
   return std::nullopt;
 }
-
 }  // namespace tapestry::detect

@@ -3,7 +3,6 @@
 #include <tapestry/detect/exported_heads.hpp>
 
 namespace tapestry::detect::detail {
-
 /// Whether an operator only moves values, changes their type, or takes the logistic function of them. Exports
 /// put such operators between the last convolution and an output.
 [[nodiscard]] inline bool only_presents(std::string_view operation) {
@@ -177,5 +176,4 @@ struct LogisticChannels {
   }
   return counts;
 }
-
 }  // namespace tapestry::detect::detail

@@ -4,7 +4,6 @@
 
 namespace tapestry::detect {
 namespace detail {
-
 /// max(0, Σ_c weight_c · A_c), [H, W].
 template <std::floating_point T, class Weight>
 Array<T, 2> weighted_map(const Array<T, 3>& values, Weight weight) {
@@ -33,7 +32,6 @@ template <std::floating_point T>
   for (T& value : heat.storage()) value = std::max(value, T(0));
   return heat;
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -161,5 +159,4 @@ ExplainedLogits<T> explained_forward(const Detector<T>& detector, const ArrayVar
   }
   return explained;
 }
-
 }  // namespace tapestry::detect

@@ -4,7 +4,6 @@
 
 namespace tapestry::detect {
 namespace detail {
-
 /// Boxes and the logistic function of logits, joined to the only output of a network: YOLOv8 and its
 /// successors.
 struct JoinedOutput {
@@ -139,7 +138,6 @@ struct JoinedOutput {
   }
   return description;
 }
-
 }  // namespace detail
 
 std::map<std::string, nn::Shape> picture_extents(const nn::NetworkDescription& network, std::size_t size) {
@@ -217,5 +215,4 @@ DetectorDescription named_export(const nn::NetworkDescription& network, std::str
   if (!outputs.has_softmax()) need_classes();
   return outputs.description(classes, picture_extents(network, size));
 }
-
 }  // namespace tapestry::detect

@@ -4,7 +4,6 @@
 
 namespace tapestry::detect {
 namespace detail {
-
 /// Whether the input of the head at `index` has been through σ.
 [[nodiscard]] inline bool reads_activations(const NetworkConfig& config, std::size_t index) {
   if (index == 0) return false;
@@ -19,7 +18,6 @@ template <std::floating_point T>
   return static_cast<double>(parameters[own.scale + filter]) /
          std::sqrt(static_cast<double>(parameters[own.variance + filter]) + epsilon);
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -54,5 +52,4 @@ Array<T, 1> fold_batch_norm(const NetworkConfig& config, const ParameterLayout& 
   }
   return array_of(folded);
 }
-
 }  // namespace tapestry::detect

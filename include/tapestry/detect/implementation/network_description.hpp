@@ -1,10 +1,8 @@
 #pragma once
 #include <tapestry/detect/darknet_model.hpp>
-#include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::detect {
 namespace detail {
-
 /// Adds nodes and constants to a description, named by the layer that they belong to.
 class DescriptionWriter {
  public:
@@ -274,7 +272,6 @@ class CfgDescriber : DescriptionWriter {
   std::vector<std::string> values_{};      ///< of the layers so far
   std::vector<std::string> statistics_{};  ///< names
 };
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -285,5 +282,4 @@ nn::NetworkDescription network_description(const NetworkConfig& config, const Ar
                                  input_width == 0 ? config.width : input_width, batch_statistics, borrows)
       .describe();
 }
-
 }  // namespace tapestry::detect

@@ -3,7 +3,6 @@
 #include <tapestry/detect/suppression.hpp>
 
 namespace tapestry::detect {
-
 std::vector<Detection> suppress(std::vector<Detection> detections, double iou_threshold, bool per_class,
                                 const SuppressionMeasure& measure) {
   if (!(iou_threshold >= 0 && iou_threshold <= 1))
@@ -29,5 +28,4 @@ std::vector<Detection> suppress(std::vector<Detection> detections, double iou_th
   std::sort(kept.begin(), kept.end(), is_stronger);
   return kept;
 }
-
 }  // namespace tapestry::detect

@@ -4,7 +4,6 @@
 #include <tapestry/nn/activation.hpp>
 
 namespace tapestry::detect {
-
 enum class LayerKind {
   convolutional,
   maxpool,
@@ -96,5 +95,4 @@ inline constexpr std::size_t picture_value = static_cast<std::size_t>(-1);
                                          ErrorKind kind = ErrorKind::malformed) {
   return FileError(kind, {path, std::to_string(line), what, expected, found});
 }
-
 }  // namespace tapestry::detect

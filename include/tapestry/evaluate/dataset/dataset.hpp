@@ -4,7 +4,6 @@
 #include <tapestry/io/file_source.hpp>
 
 namespace tapestry::evaluate {
-
 /// A labelled object in a picture.
 struct LabelledObject {
   std::size_t class_index = 0;
@@ -51,7 +50,6 @@ struct Dataset {
 }
 
 namespace detail {
-
 /// \param labels    file that lists the picture, for the message
 /// \param position  line or byte in that file
 /// \throws FileError (mismatch) if the picture is missing; as status_of() where that cannot be found out
@@ -60,7 +58,5 @@ inline void require_picture(const std::string& picture, const std::string& label
   if (io::is_regular_file(picture)) return;
   throw file_mismatch({labels, position, "a picture is missing", printable(picture), "no such file"});
 }
-
 }  // namespace detail
-
 }  // namespace tapestry::evaluate

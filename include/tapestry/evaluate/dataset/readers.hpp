@@ -2,7 +2,6 @@
 #include <tapestry/evaluate/dataset/dataset.hpp>
 
 namespace tapestry::evaluate {
-
 /// Reads COCO's instances. Of the JSON's outermost object it reads the lists
 ///
 ///   images       {"id", "file_name", "width", "height"}
@@ -74,13 +73,11 @@ struct VocAnnotation {
 [[nodiscard]] VocAnnotation parse_voc(std::string_view text, const std::string& path);
 
 namespace detail {
-
 /// The .xml files of a folder, in order of their names.
 [[nodiscard]] inline std::vector<std::string> xml_paths(const std::string& folder) {
   return io::listed_paths(folder,
                           [](const std::filesystem::path& path) { return path.extension() == ".xml"; });
 }
-
 }  // namespace detail
 
 /// Whether a folder holds Pascal VOC labels: .xml files, or a subfolder Annotations.
@@ -95,5 +92,4 @@ namespace detail {
 /// \throws FileError  malformed (a folder that cannot be listed), mismatch (no .xml, a picture that
 ///                    is missing or has two labels); further as parse_voc() and io::read_text_file()
 [[nodiscard]] Dataset read_voc(const std::string& folder, const std::string& images = "");
-
 }  // namespace tapestry::evaluate

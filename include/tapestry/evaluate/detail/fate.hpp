@@ -7,7 +7,6 @@
 /// five fates separate it from a picture without any box on the car. Source: kinds of error of Bolya
 /// et al., TIDE (ECCV 2020).
 namespace tapestry::evaluate {
-
 /// Fate of a car in a picture: the first in this order that holds for some detection.
 ///
 ///     found      the target's class,               IoU ≥ .5
@@ -52,5 +51,4 @@ struct FateCounts {
 
 /// Counts the fates of several pictures.
 [[nodiscard]] FateCounts fate_counts(const std::vector<ViewOutcome>& outcomes);
-
 }  // namespace tapestry::evaluate

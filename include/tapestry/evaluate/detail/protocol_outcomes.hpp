@@ -2,7 +2,6 @@
 #include <tapestry/evaluate/meter.hpp>
 
 namespace tapestry::evaluate {
-
 enum class FrameState : std::uint8_t {
   pending = 0,
   measured = 1,
@@ -95,5 +94,4 @@ template <std::predicate<std::size_t> Belongs>
   });
   return pictures;
 }
-
 }  // namespace tapestry::evaluate

@@ -3,7 +3,6 @@
 #include <tapestry/core/platform/memory.hpp>
 
 namespace tapestry::evaluate::detail {
-
 /// Sorts numbers of values by radix, in three rounds of 11 bits.
 class RankOrder {
  public:
@@ -43,5 +42,4 @@ class RankOrder {
 
   Entries entries_;
 };
-
 }  // namespace tapestry::evaluate::detail

@@ -5,7 +5,6 @@
 
 namespace tapestry::evaluate {
 namespace detail {
-
 ClassMatches::ClassMatches(std::vector<TruthBox> truths, std::vector<ScoredBox> detections)
     : truths_(std::move(truths)), detections_(std::move(detections)) {
   std::stable_sort(truths_.begin(), truths_.end(),
@@ -174,7 +173,6 @@ inline void require_class_below(std::string_view what, std::size_t index, std::s
   }
   return mean;
 }
-
 }  // namespace detail
 
 AveragePrecision average_precision(const std::vector<TruthBox>& truths,
@@ -214,5 +212,4 @@ PrecisionSummary target_precision(const std::vector<std::vector<BoxOnTarget>>& p
   }
   return average_precision(truths, detections, 1).mean;
 }
-
 }  // namespace tapestry::evaluate

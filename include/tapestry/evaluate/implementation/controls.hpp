@@ -3,7 +3,6 @@
 
 namespace tapestry::evaluate {
 namespace detail {
-
 void require_chart_colours(const char* operation, const Array<float, 2>& colours,
                            const std::vector<raster::TextureChart>& charts) {
   if (colours.shape(1) != 3)
@@ -73,7 +72,6 @@ inline double share_in_place(const Array<float, 2>& a, const Array<float, 2>& b,
     for (std::size_t c = 0; c < 3; ++c) same += a(texel.texel, c) == b(texel.texel, c) ? 1U : 0U;
   return chart.texels.empty() ? 0 : static_cast<double>(same) / static_cast<double>(3 * chart.texels.size());
 }
-
 }  // namespace detail
 
 PatchExtents patch_extents(const raster::TextureLayout& layout) {
@@ -209,5 +207,4 @@ std::vector<Control> make_controls(const raster::PaintedMesh& car, const camoufl
   for (auto& control : plain_controls(paint.colours.shape(0), seed)) controls.push_back(std::move(control));
   return controls;
 }
-
 }  // namespace tapestry::evaluate

@@ -4,7 +4,6 @@
 #include <tapestry/evaluate/implementation/two_level_difference.hpp>
 
 namespace tapestry::evaluate {
-
 ViewOutcome outcome_of(const std::vector<detect::Detection>& detections, const loss::Target& target,
                        const std::vector<std::size_t>& related) {
   ViewOutcome outcome;
@@ -68,7 +67,6 @@ std::array<double, 2> wilson_interval(std::size_t hits, std::size_t trials, std:
 }
 
 namespace detail {
-
 /// Shares of each view's pictures, [seed, view], of one seed [draw, view].
 /// \throws ShapeError where pictures are not as many of each view
 inline Array<double, 2> shares_of_views(const std::vector<bool>& hits, const PictureOrder& order) {
@@ -112,7 +110,6 @@ inline std::array<double, 2> two_level_interval(const std::vector<bool>& hits,
   return wilson_interval_of(share, share * (1 - share) / variance.sum(),
                             student_quantile(0.975, variance.degrees));
 }
-
 }  // namespace detail
 
 DetectionRate detection_rate(const std::vector<bool>& found, const PictureOrder& order) {
@@ -151,5 +148,4 @@ AttackSuccess attack_success_rate(const std::vector<bool>& clean_found,
   success.interval = detail::two_level_interval(hidden, clean_found, order);
   return success;
 }
-
 }  // namespace tapestry::evaluate

@@ -5,7 +5,6 @@
 
 namespace tapestry::evaluate {
 namespace detail {
-
 /// Picture of a view with its paint in one grey, in the space where paint and light multiply.
 inline Array<float, 3> picture_in_grey(const camouflage::View<float>& view, camouflage::Paint<float> paint,
                                        float grey) {
@@ -63,7 +62,6 @@ inline PaintInPicture paint_in_picture(const camouflage::View<float>& view,
   if (!chart.texels.empty()) found.charts.push_back(std::move(chart));
   return found;
 }
-
 }  // namespace detail
 
 Array<float, 3> picture_with_noise(const camouflage::View<float>& view, const camouflage::Paint<float>& paint,
@@ -88,7 +86,6 @@ Array<float, 3> picture_with_noise(const camouflage::View<float>& view, const ca
 }
 
 namespace detail {
-
 /// Replaces M values, in the order of rank, by values of a sorted list of N: number i of M by number ⌊(i +
 /// ½)·N/M⌋ of N, each used once if M = N. The first of equal values comes first.
 inline void take_values_by_rank(std::span<float> values, const std::vector<float>& sorted) {
@@ -220,7 +217,6 @@ class ChartNoise {
   std::vector<NoiseChannel> channels_;
   NoiseTransform::Spectrum phases_;  ///< e^(iα)
 };
-
 }  // namespace detail
 
 Array<float, 2> matched_noise(const Array<float, 2>& colours, const std::vector<raster::TextureChart>& charts,
@@ -235,5 +231,4 @@ Array<float, 2> matched_noise(const Array<float, 2>& colours, const std::vector<
   });
   return noise;
 }
-
 }  // namespace tapestry::evaluate

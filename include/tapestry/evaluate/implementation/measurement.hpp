@@ -6,7 +6,6 @@
 #include <tapestry/image/batch.hpp>
 
 namespace tapestry::evaluate {
-
 double best_confidence(const loss::Predictions<float>& predictions, const loss::Target& target,
                        double iou_threshold) {
   const auto best = detect::best_candidate(predictions.heads, predictions.logits, predictions.image,
@@ -153,5 +152,4 @@ PhysicalFrame physical_frame(const PhysicalGrid& grid, std::size_t frame) {
   if (picture < grid.photographs) shown.photograph = picture;
   return shown;
 }
-
 }  // namespace tapestry::evaluate

@@ -5,7 +5,6 @@
 
 namespace tapestry::evaluate {
 namespace detail {
-
 double normal_quantile(double p) {
   double low = -37, high = 37;
   for (int step = 0; step < 64; ++step) {
@@ -128,7 +127,6 @@ inline PairedDifference bca_difference(const std::vector<double>& first, const s
   result.interval = bca_interval(means, result.mean, acceleration(differences, result.mean), settings.level);
   return result;
 }
-
 }  // namespace detail
 
 PairedDifference paired_bootstrap(const std::vector<double>& first, const std::vector<double>& second,
@@ -189,5 +187,4 @@ PairedDifference rate_difference(const std::vector<bool>& first, const std::vect
                          difference.mean + reach(u1 - p1, p2 - l2)};
   return difference;
 }
-
 }  // namespace tapestry::evaluate

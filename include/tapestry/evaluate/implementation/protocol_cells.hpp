@@ -3,7 +3,6 @@
 
 namespace tapestry::evaluate {
 namespace detail {
-
 /// The cell with the lowest figure; of equal ones that with more views, then the first. None where there are
 /// no views.
 /// \param share_of  returns the figure of a cell and its views
@@ -21,7 +20,6 @@ template <class ShareOf>
   }
   return lowest;
 }
-
 }  // namespace detail
 
 std::optional<PairedRatio> share_kept(const Array<double, 2>& part, const Array<double, 2>& whole) {
@@ -59,5 +57,4 @@ std::optional<std::size_t> least_found_cell(const std::vector<Cell>& cells, std:
     return std::pair(rate.interval[1], rate.views);
   });
 }
-
 }  // namespace tapestry::evaluate

@@ -4,7 +4,6 @@
 
 namespace tapestry::evaluate {
 namespace detail {
-
 std::vector<double> means_over_draws(const Array<double, 2>& values) {
   std::vector<double> means(values.shape(1));
   for (std::size_t d = 0; d < values.shape(0); ++d)
@@ -203,7 +202,6 @@ inline std::pair<double, double> log_odds(const TwoLevelShare& share, double pic
   const double shown = std::min(share.found_views, share.missed_views);
   return {logarithm, share.reach(pq, std::max(1.0, (shown + 0.3 * of_view / effect) / (shown + 0.3)))};
 }
-
 }  // namespace detail
 
 PairedDifference two_level_difference(const Array<double, 2>& differences, const BootstrapSettings& settings,
@@ -276,5 +274,4 @@ PairedRatio odds_ratio(const Array<double, 2>& control, const Array<double, 2>& 
   if (std::min(first.missed_views, second.found_views) >= 3) result.interval[1] = std::exp(logarithm + both);
   return result;
 }
-
 }  // namespace tapestry::evaluate

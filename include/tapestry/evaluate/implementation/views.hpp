@@ -4,7 +4,6 @@
 
 namespace tapestry::evaluate {
 namespace detail {
-
 std::string short_number(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%g", value);
@@ -43,7 +42,6 @@ std::vector<std::string> short_numbers(const std::vector<double>& values) {
   if (kind == 4 || kind == 5) occluder.period_y = period;
   return occluder;
 }
-
 }  // namespace detail
 
 std::size_t sector_of(double azimuth_deg) {
@@ -167,5 +165,4 @@ std::vector<ProtocolFrame> occlusion_frames(const ViewGrid& grid) {
                           });
   return frames;
 }
-
 }  // namespace tapestry::evaluate

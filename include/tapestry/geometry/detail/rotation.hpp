@@ -3,7 +3,6 @@
 
 namespace tapestry::geometry {
 namespace detail {
-
 /// sin θ/θ, (1 − cos θ)/θ² and (θ − sin θ)/θ³, by their series Σ (−θ²)ᵏ/(2k + n)!, n = 1, 2, 3, where the
 /// closed forms would cancel: below θ = ½ eight terms leave less than 1e-18.
 template <class Scalar>
@@ -43,7 +42,6 @@ template <class Scalar>
   }
   return m;
 }
-
 }  // namespace detail
 
 /// The rotation about w by |w| radians (Rodrigues), smooth for every w, also at 0 and |w| = π:
@@ -75,5 +73,4 @@ inline void exponential_map_adjoint(const Vector3& w, const Matrix3& rotation_ad
   const Vector3 turn{m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1)};
   w_adjoint = add(w_adjoint, multiply_transposed(right_jacobian(w), turn));
 }
-
 }  // namespace tapestry::geometry

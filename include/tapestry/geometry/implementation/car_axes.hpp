@@ -3,7 +3,6 @@
 
 namespace tapestry::geometry {
 namespace detail {
-
 inline std::size_t axis_index(const std::string& name) {
   const Vector3 axis = axis_by_name(name);
   return static_cast<std::size_t>(std::ranges::find_if(axis, [](double x) { return x != 0; }) - axis.begin());
@@ -50,7 +49,6 @@ inline Bounds bounds_of_faces(const Mesh& mesh) {
     for (const std::int32_t at : face) corners.push_back(mesh.positions[static_cast<std::size_t>(at)]);
   return bounds_of(corners);
 }
-
 }  // namespace detail
 
 double wheel_share(const Mesh& mesh, const std::string& down, std::size_t along) {
@@ -98,5 +96,4 @@ std::optional<MeshAxes> better_car_axes(const Mesh& mesh, const MeshAxes& axes) 
   if (better.up == axes.up && better.forward == axes.forward) return {};
   return better;
 }
-
 }  // namespace tapestry::geometry

@@ -7,7 +7,6 @@
 
 namespace tapestry::geometry {
 namespace detail {
-
 /// 1 for every face whose label (an index into `known`) is one of `names`.
 inline std::vector<std::uint8_t> faces_by_label(const char* operation, const char* kind,
                                                 std::size_t face_count,
@@ -98,7 +97,6 @@ void append_filled(std::vector<Entry>& list, const std::vector<Entry>& more,
     if (index >= 0) index += static_cast<std::int32_t>(first);
   return indices;
 }
-
 }  // namespace detail
 
 MeshTopology mesh_topology(const Mesh& mesh) {
@@ -245,5 +243,4 @@ void append(Mesh& mesh, const Mesh& other) {
   mesh.materials.insert(mesh.materials.end(), other.materials.begin(), other.materials.end());
   mesh.groups.insert(mesh.groups.end(), other.groups.begin(), other.groups.end());
 }
-
 }  // namespace tapestry::geometry

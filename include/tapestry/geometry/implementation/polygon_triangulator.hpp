@@ -3,7 +3,6 @@
 
 namespace tapestry::geometry {
 namespace detail {
-
 /// A sum of doubles without rounding: no two of its terms overlap, the largest comes last.
 /// Source: Shewchuk, Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates
 /// (1997), theorem 10 (adding one double) and theorem 18 (a product as two doubles).
@@ -36,7 +35,6 @@ class ExactSum {
   std::array<double, 12> terms_{};  // terms of the six products of three points
   std::size_t count_ = 0;
 };
-
 }  // namespace detail
 
 int orientation(const Vector2& a, const Vector2& b, const Vector2& c) {
@@ -210,5 +208,4 @@ bool PolygonTriangulator::is_in_the_way(std::size_t other, std::size_t corner, b
   }
   return false;
 }
-
 }  // namespace tapestry::geometry

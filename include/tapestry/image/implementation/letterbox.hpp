@@ -4,7 +4,6 @@
 
 namespace tapestry::image {
 namespace detail {
-
 void require_size(const char* operation, std::size_t rows, std::size_t columns) {
   constexpr std::size_t limit = 1U << 16U;
   if (rows == 0 || columns == 0 || rows > limit || columns > limit)
@@ -13,7 +12,6 @@ void require_size(const char* operation, std::size_t rows, std::size_t columns) 
   if (rows > array_limit / channels / columns)
     throw DomainError({operation, ": a picture [", rows, ", ", columns, "] is too large for this processor"});
 }
-
 }  // namespace detail
 
 Fit fit_by_name(std::string_view name) {
@@ -48,5 +46,4 @@ PictureFromCanvas picture_from_canvas(std::size_t picture_height, std::size_t pi
           static_cast<double>(picture_height) / static_cast<double>(place.height),
           static_cast<double>(place.left), static_cast<double>(place.top)};
 }
-
 }  // namespace tapestry::image

@@ -1,10 +1,8 @@
 #pragma once
-#include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/image/over.hpp>
 
 namespace tapestry::image {
 namespace detail {
-
 /// Adds the part of a picture, [H, W, C], outside a place to another picture.
 template <std::floating_point T>
 void add_beside(const PixelWindow& place, const Array<T, 3>& from, Array<T, 3>& to) {
@@ -44,7 +42,6 @@ void pull_back_laid(const Laid<T>& laid, const T* picture, const T* picture_adjo
     });
   });
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -189,5 +186,4 @@ ArrayVariable<T, 4> over_tangent(const std::vector<ArrayVariable<T, 3>>& premult
   };
   return record_array(std::move(batch), pullback, premultiplied, tangents);
 }
-
 }  // namespace tapestry::image

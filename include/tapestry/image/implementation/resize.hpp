@@ -5,7 +5,6 @@
 
 namespace tapestry::image {
 namespace detail {
-
 /// out[i] = (1 − share)·in[first] + share·in[second] along one axis.
 struct AxisTap {
   std::size_t first;
@@ -30,7 +29,6 @@ inline std::vector<AxisTap> axis_taps(std::size_t from, std::size_t to) {
   }
   return taps;
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -109,5 +107,4 @@ ArrayVariable<T, 4> batch_of(const std::vector<ArrayVariable<T, 3>>& pictures) {
   };
   return record_array(batch_of(values), pullback, pictures);
 }
-
 }  // namespace tapestry::image

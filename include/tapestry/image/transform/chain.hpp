@@ -7,7 +7,6 @@
 #include <variant>
 
 namespace tapestry::image {
-
 /// A change of a picture between the scene and the detector, with its settings: one of ours, or any type of a
 /// user's that TransformsPictures.
 using Transformation =
@@ -102,5 +101,4 @@ inline constexpr const char* condition_names =
 
 /// Draws a printer's change of a paint's colours.
 [[nodiscard]] ColourChange draw_print(const Conditions& conditions, Random random);
-
 }  // namespace tapestry::image

@@ -5,7 +5,6 @@
 #include <tapestry/image/detail/transform/matrix3.hpp>
 
 namespace tapestry::image {
-
 /// colour ↦ matrix · colour + offset, then clipped to 0 … 1: contrast, saturation and hue of a camera; or the
 /// blacks, whites and colour error of a printer, for the texels of a paint.
 struct ColourChange {
@@ -17,7 +16,6 @@ struct ColourChange {
 [[nodiscard]] ColourChange contrast_and_saturation(double contrast, double saturation);
 
 namespace detail {
-
 /// Calls body(y) for every row of a picture, from several threads.
 template <class Body>
 void for_each_row(std::size_t rows, Body body) {
@@ -55,7 +53,6 @@ template <std::floating_point T>
   return {static_cast<T>(change.offset[0]), static_cast<T>(change.offset[1]),
           static_cast<T>(change.offset[2])};
 }
-
 }  // namespace detail
 
 /// \param colours  [..., 3]: a picture or texels
@@ -120,5 +117,4 @@ template <std::floating_point T>
 template <std::floating_point T>
 void transformed_adjoint(const Array<T, 3>& picture, const LightChange& change,
                          const Array<T, 3>& out_adjoint, Array<T, 3>& picture_adjoint);
-
 }  // namespace tapestry::image

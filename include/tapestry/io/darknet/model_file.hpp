@@ -4,7 +4,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
 /// Layers of a cfg, each checked alone.
 [[nodiscard]] detect::NetworkConfig parse_cfg(std::string_view text, const std::string& name);
 
@@ -130,5 +129,4 @@ template <std::floating_point T>
 template <std::floating_point T>
 [[nodiscard]] LoadedModel<T> read_classifier(const std::string& cfg, const std::string& weights,
                                              std::size_t input_height = 0, std::size_t input_width = 0);
-
 }  // namespace tapestry::io

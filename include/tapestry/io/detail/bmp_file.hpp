@@ -2,7 +2,6 @@
 #include <tapestry/io/image_file.hpp>
 
 namespace tapestry::io {
-
 namespace detail {
 /// Unpacks the run lengths of a BMP (BI_RLE8, BI_RLE4) to indices into its palette, [height, width], row 0 on
 /// top; 0 where no run lies. Pixels beyond a row or the top are dropped. Source: Microsoft, Bitmap
@@ -191,5 +190,4 @@ class BmpReader : PictureBytes {
 [[nodiscard]] inline PictureSamples parse_bmp(std::string_view file, const std::string& path) {
   return detail::BmpReader(file, path).read();
 }
-
 }  // namespace tapestry::io

@@ -1,6 +1,5 @@
 #pragma once
 #include <zlib.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <limits>
@@ -9,7 +8,6 @@
 #include <string_view>
 
 namespace tapestry::io::detail {
-
 /// Deflates bytes begin … end − 1 of a text as if all before them had been deflated. Parts one behind the
 /// other are one stream, without a header.
 ///
@@ -38,5 +36,4 @@ namespace tapestry::io::detail {
   deflateEnd(&stream);
   return part;
 }
-
 }  // namespace tapestry::io::detail

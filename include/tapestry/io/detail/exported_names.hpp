@@ -4,7 +4,6 @@
 #include <vector>
 
 namespace tapestry::io {
-
 /// Class names in the metadata "names" of an ONNX model, as Ultralytics' exporters write them: the text that
 /// Python prints for a dict or a list.
 ///
@@ -19,5 +18,4 @@ namespace tapestry::io {
 /// \throws DomainError, with the byte, for other text, for numbers of no class, for a class or a name twice,
 ///         and for names that are not UTF-8, longer than 1000 bytes or not printable()
 [[nodiscard]] std::vector<std::string> parse_exported_names(std::string_view text, std::size_t class_count);
-
 }  // namespace tapestry::io

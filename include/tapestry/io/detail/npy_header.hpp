@@ -7,7 +7,6 @@
 #include <vector>
 
 namespace tapestry::io {
-
 /// Element types of .npy files that Tapestry reads, named as NumPy names them without the byte order.
 enum class DType { b1, u1, u2, u4, u8, i1, i2, i4, i8, f4, f8 };
 
@@ -207,5 +206,4 @@ class NpyHeaderText {
   header += static_cast<char>(dictionary.size() >> 8U);
   return header + dictionary;
 }
-
 }  // namespace tapestry::io

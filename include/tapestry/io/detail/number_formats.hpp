@@ -12,7 +12,6 @@
 #include <system_error>
 
 namespace tapestry::io {
-
 /// A word from its bytes, the least significant first, on any machine.
 template <std::unsigned_integral Word>
 [[nodiscard]] constexpr Word little_endian_word(const std::byte* bytes) {
@@ -55,7 +54,6 @@ template <std::unsigned_integral Word>
 }
 
 namespace detail {
-
 /// The end of the longest decimal number at the beginning of a text, in the form of strtod() but without
 /// blanks, "+", words and hexadecimal; `first` if there is none.
 [[nodiscard]] inline const char* end_of_decimal(const char* first, const char* last) {
@@ -105,5 +103,4 @@ template <class Number>
     return detail::decimal_by_stream(first, last, value);
   }
 }
-
 }  // namespace tapestry::io

@@ -3,7 +3,6 @@
 #include <tapestry/core/array.hpp>
 
 namespace tapestry::io::detail {
-
 /// A format of pictures that is read. Its readers take the content of a file, its name for messages, and
 /// where warnings go, or null; see read_image() and read_mask().
 struct PictureFormat {
@@ -18,5 +17,4 @@ struct PictureFormat {
 
 /// All of them, the only list: a new format is a row of it.
 [[nodiscard]] std::span<const PictureFormat> picture_formats();
-
 }  // namespace tapestry::io::detail

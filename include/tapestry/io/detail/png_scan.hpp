@@ -1,12 +1,10 @@
 #pragma once
 #include <zlib.h>
-
 #include <tapestry/core/array.hpp>
 #include <tapestry/io/file_source.hpp>
 
 namespace tapestry::io {
 namespace detail {
-
 /// Integers of an EXIF block, in its own byte order.
 class ExifReader {
  public:
@@ -48,7 +46,6 @@ class ExifReader {
   std::string_view tiff_;
   bool is_little_;
 };
-
 }  // namespace detail
 
 /// Longest side, most pixels and most bytes of a PNG file.
@@ -281,5 +278,4 @@ class PngScan : PictureBytes {
   file.replace(header.palette_at, 4, std::string("\0\0\3\0", 4));
   return file;
 }
-
 }  // namespace tapestry::io

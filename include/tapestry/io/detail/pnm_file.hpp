@@ -2,7 +2,6 @@
 #include <tapestry/io/image_file.hpp>
 
 namespace tapestry::io {
-
 namespace detail {
 /// Words of the header of a PBM, PGM or PPM, and of a plain one's samples, separated by spaces, line ends and
 /// comments.
@@ -125,5 +124,4 @@ inline void read_plain_samples(bool is_bits, PnmHeader& header, PictureSamples& 
       sample = static_cast<std::uint16_t>(1 - sample);  // 1 is black
   return picture;
 }
-
 }  // namespace tapestry::io

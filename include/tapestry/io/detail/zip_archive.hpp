@@ -1,11 +1,9 @@
 #pragma once
-
 #include <set>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/detail/deflated_part.hpp>
 
 namespace tapestry::io {
-
 /// Limits on the content of a zip archive, checked before anything is allocated.
 struct ZipLimits {
   std::uint64_t file_bytes = std::uint64_t(4) << 30U;
@@ -266,5 +264,4 @@ class ZipWriter {
   std::string directory_;
   std::uint32_t count_ = 0;
 };
-
 }  // namespace tapestry::io

@@ -6,7 +6,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
 inline constexpr std::string_view part_mark = ".tapestry-part";
 
 std::string part_path(const std::string& target, unsigned attempt) {
@@ -75,7 +74,6 @@ inline bool is_part_name(std::string_view name) {
   return dash != std::string_view::npos && dash > 0 && numbers[dash] == '-' && dash + 1 < numbers.size() &&
          numbers.find_first_not_of("0123456789", dash + 1) == std::string_view::npos;
 }
-
 }  // namespace detail
 
 void write_file_atomically(const std::string& path, std::initializer_list<std::span<const std::byte>> parts) {
@@ -157,5 +155,4 @@ void RunLock::write_owner() const {
   // The text is for people only: if the disk is full, the claim still holds.
   (void)file_.replace(std::as_bytes(std::span<const char>(owner)));
 }
-
 }  // namespace tapestry::io

@@ -5,7 +5,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
 inline Array<std::uint8_t, 3> png_picture(std::string file, const std::string& path,
                                           std::vector<std::string>* warnings, bool is_texture) {
   const PngHeader header = scan_png(file, path, warnings);
@@ -92,7 +91,6 @@ inline const PictureFormat& picture_format(const std::string& file, const std::s
   throw malformed_file({path, "@0", "not a picture of a kind that is read here",
                         "a " + listed_formats(&PictureFormat::names), std::string(found)});
 }
-
 }  // namespace detail
 
 std::string picture_endings() { return detail::listed_formats(&detail::PictureFormat::endings); }
@@ -146,5 +144,4 @@ std::string jpeg_file(const std::string& path, const Array<std::uint8_t, 3>& ima
   detail::require_writable_size(path, image.shape(0), image.shape(1));
   return detail::encode_jpeg(image.data(), image.shape(0), image.shape(1), quality);
 }
-
 }  // namespace tapestry::io

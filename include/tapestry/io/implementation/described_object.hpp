@@ -5,7 +5,6 @@
 #include <tapestry/io/json.hpp>
 
 namespace tapestry::io::detail {
-
 /// One object of a description, whose members are read by name and type.
 class DescribedObject {
  public:
@@ -91,5 +90,4 @@ template <class Choice, std::size_t Count>
     throw DomainError("no such choice");
   });
 }
-
 }  // namespace tapestry::io::detail

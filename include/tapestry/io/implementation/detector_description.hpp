@@ -7,7 +7,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
 inline void read_fit(const DescribedObject& input, image::Fit& fit) {
   if (input.has("fit"))
     fit = input.named("fit", "letterbox, letterbox_top_left or stretch",
@@ -166,7 +165,6 @@ inline void read_decoded(const DescribedObject& outermost, const std::string& pa
   else
     read_outputs(object, description.decoded);
 }
-
 }  // namespace detail
 
 detect::DetectorDescription parse_detector_description(std::string_view text, const std::string& path,
@@ -209,5 +207,4 @@ detect::DetectorDescription parse_detector_description(std::string_view text, co
   detail::read_anchors(outermost, description);
   return description;
 }
-
 }  // namespace tapestry::io

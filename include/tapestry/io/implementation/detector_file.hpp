@@ -6,7 +6,6 @@
 #include <tapestry/io/text_lines.hpp>
 
 namespace tapestry::io {
-
 namespace detail {
 inline constexpr const char* detector_format = "tapestry-detector";
 }  // namespace detail
@@ -114,5 +113,4 @@ std::size_t write_detector_file(const std::string& path, const detect::DarknetMo
   write_onnx(path, network, outputs);
   return network.nodes.size();
 }
-
 }  // namespace tapestry::io

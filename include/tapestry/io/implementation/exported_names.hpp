@@ -7,7 +7,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
 /// Appends a character in UTF-8. \param code  of Unicode, at most 0x10FFFF
 inline void append_utf8(std::uint32_t code, std::string& text) {
   constexpr std::array<std::uint32_t, 4> leads{0, 0xC0, 0xE0, 0xF0};
@@ -113,11 +112,9 @@ class NamesLiteral {
   std::vector<std::string> names_;
   std::set<std::string> used_{};
 };
-
 }  // namespace detail
 
 std::vector<std::string> parse_exported_names(std::string_view text, std::size_t class_count) {
   return detail::NamesLiteral(text, class_count).read();
 }
-
 }  // namespace tapestry::io

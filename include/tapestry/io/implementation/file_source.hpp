@@ -195,7 +195,6 @@ std::string sha256(std::string_view bytes) {
 }
 
 namespace detail {
-
 std::atomic<InputLedger*>& active_ledger() {
   static std::atomic<InputLedger*> ledger{nullptr};
   return ledger;
@@ -213,7 +212,6 @@ void add_current_role(FileRecord& record) {
   const auto place = std::ranges::lower_bound(record.roles, *current_role());
   if (place == record.roles.end() || *place != *current_role()) record.roles.insert(place, *current_role());
 }
-
 }  // namespace detail
 
 InputLedger::Role::Role(std::string words)
@@ -278,5 +276,4 @@ std::string InputLedger::digest() const {
   for (const FileRecord& record : records()) text += record.path + '\n' + record.sha256 + '\n';
   return sha256(text);
 }
-
 }  // namespace tapestry::io

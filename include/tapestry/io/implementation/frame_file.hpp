@@ -5,7 +5,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
 /// Files of a frame in three parts: JSON, picture, mask.
 struct FrameParts {
   std::string json, picture, mask;
@@ -126,7 +125,6 @@ inline std::string numeric_order_key(const std::string& path) {
   }
   return key;
 }
-
 }  // namespace detail
 
 Frame read_frame(const std::string& path) {
@@ -189,5 +187,4 @@ std::vector<std::string> frame_paths(const std::string& folder) {
   });
   return paths;
 }
-
 }  // namespace tapestry::io

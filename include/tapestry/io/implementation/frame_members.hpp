@@ -5,7 +5,6 @@
 #include <tapestry/io/npy.hpp>
 
 namespace tapestry::io::detail {
-
 inline constexpr const char* frame_format = "tapestry frame 1";
 
 /// A list of numbers, or of equally long lists of them, as an array.
@@ -176,5 +175,4 @@ inline void read_members(const NpzFile& file, Frame& frame) {
   if (file.has("light")) frame.light = read_light(file);
   if (file.has("label")) frame.label = read_label(file, frame.image.shape(0), frame.image.shape(1));
 }
-
 }  // namespace tapestry::io::detail

@@ -7,7 +7,6 @@
 /// The compiled part of the GLB writer.
 
 namespace tapestry::io::detail {
-
 /// A glTF file under construction: its JSON and its single buffer.
 class GlbBuilder {
  public:
@@ -227,5 +226,4 @@ std::string glb_file(const std::string& path, const geometry::Mesh& mesh,
   add_plain_primitives(builder, mesh, painted, pictures.materials);
   return builder.file(path);
 }
-
 }  // namespace tapestry::io::detail

@@ -8,7 +8,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
 inline void require_decoded(bool is_decoded, const std::string& path) {
   if (!is_decoded) throw malformed_file({path, "", "PNG picture data cannot be decoded"});
 }
@@ -43,7 +42,6 @@ inline void write_png(const std::string& path, const std::uint8_t* pixels, std::
                       std::size_t width, int channels) {
   write_file_atomically(path, checked_png(path, pixels, height, width, channels));
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -76,5 +74,4 @@ void write_gradient(const std::string& path, const Array<T, 4>& gradient) {
   for (T& value : picture.storage()) value = (1 + std::cbrt(value / largest)) / 2;
   write_image(path, picture);
 }
-
 }  // namespace tapestry::io

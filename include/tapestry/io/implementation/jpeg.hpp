@@ -5,12 +5,10 @@
 #include <tapestry/io/jpeg_file.hpp>
 #if defined(TAPESTRY_JPEG)
 #include <turbojpeg.h>
-
 #include <memory>
 #endif
 
 namespace tapestry::io::detail {
-
 #if defined(TAPESTRY_JPEG)
 JpegComplaint decode_jpeg(std::string_view file, const JpegHeader& header, bool is_strict,
                           std::uint8_t* pixels) {
@@ -31,5 +29,4 @@ JpegComplaint decode_jpeg(std::string_view, const JpegHeader&, bool, std::uint8_
   return {"built without libjpeg-turbo"};
 }
 #endif
-
 }  // namespace tapestry::io::detail

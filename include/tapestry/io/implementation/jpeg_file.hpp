@@ -2,7 +2,6 @@
 #include <tapestry/io/jpeg_file.hpp>
 
 namespace tapestry::io {
-
 Array<std::uint8_t, 3> detail::rgb_of_inverted_cmyk(const Array<std::uint8_t, 3>& cmyk) {
   Array<std::uint8_t, 3> rgb(Extents<3>{cmyk.shape(0), cmyk.shape(1), 3});
   for (std::size_t i = 0; i < rgb.size(); ++i) {
@@ -29,5 +28,4 @@ Array<std::uint8_t, 3> parse_jpeg(std::string_view file, const std::string& path
   if (is_cmyk) stored = detail::rgb_of_inverted_cmyk(stored);
   return turned_upright(std::move(stored), is_upright ? header.orientation : 1);
 }
-
 }  // namespace tapestry::io

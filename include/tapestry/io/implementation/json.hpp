@@ -166,5 +166,4 @@ JsonText read_json(std::string_view text, const std::string& path, std::uint64_t
                    std::size_t deepest) {
   return detail::JsonReader(text, path, offset, deepest).read();
 }
-
 }  // namespace tapestry::io

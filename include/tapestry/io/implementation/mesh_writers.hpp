@@ -8,7 +8,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
 template <class Number>
 void append_number(std::string& text, Number value) {
   std::array<char, 32> buffer{};
@@ -126,7 +125,6 @@ Array<T, 3> with_gutters_filled(raster::PaintedMesh body, const Array<T, 3>& tex
 inline void require_faces(const char* operation, const geometry::Mesh& mesh) {
   if (mesh.faces.empty()) throw DomainError({operation, ": the mesh has no faces"});
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -153,5 +151,4 @@ void write_painted_glb(const std::string& path, const raster::PaintedMesh& body,
   write_file_atomically(
       path, detail::glb_file(path, written.mesh, written.painted, {png, written.layout.u_extent, pictures}));
 }
-
 }  // namespace tapestry::io

@@ -6,7 +6,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
 /// The colour of a Kd record, of three numbers or of one for all channels, clipped to 0 to 1; none for other
 /// words, such as the kinds xyz and spectral.
 inline std::optional<std::array<float, 3>> diffuse_colour(TextLines& lines, LineOddities& oddities) {
@@ -91,7 +90,6 @@ inline std::string map_file(const TextLines& lines, LineOddities& oddities) {
   }
   return {};
 }
-
 }  // namespace detail
 
 std::vector<geometry::Material> parse_mtl(std::string_view text, const std::string& path,
@@ -132,5 +130,4 @@ std::vector<geometry::Material> read_mtl(const std::string& path, std::vector<st
   const std::string text = read_text_file(path, std::uint64_t(1) << 24U);
   return parse_mtl(text, path, warnings);
 }
-
 }  // namespace tapestry::io

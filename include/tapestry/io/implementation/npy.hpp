@@ -3,7 +3,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
 std::vector<std::uint8_t> row_major(const std::vector<std::uint8_t>& column_major,
                                     const std::vector<std::size_t>& shape, std::size_t item) {
   std::vector<std::uint8_t> result(column_major.size());
@@ -21,7 +20,6 @@ std::vector<std::uint8_t> row_major(const std::vector<std::uint8_t>& column_majo
   }
   return result;
 }
-
 }  // namespace detail
 
 NpyArray parse_npy(std::string_view file, const std::string& origin) {
@@ -75,5 +73,4 @@ std::string NpzWriter::bytes(bool compress) const {
   for (const auto& [name, content] : members_) archive.add(name, content, compress);
   return archive.bytes();
 }
-
 }  // namespace tapestry::io

@@ -5,7 +5,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
 class ObjParser {
  public:
   ObjParser(std::string_view text, const std::string& path, const ObjLimits& limits)
@@ -253,7 +252,6 @@ class ObjParser {
   bool has_zero_normal_ = false;
   std::array<std::size_t, 3> mixed_count_{};  // faces with a kind of index at some corners only
 };
-
 }  // namespace detail
 
 LoadedMesh parse_obj(std::string_view text, const std::string& path, const ObjLimits& limits) {
@@ -264,5 +262,4 @@ LoadedMesh read_obj(const std::string& path, const ObjLimits& limits) {
   const std::string text = read_text_file(path, limits.file_bytes);
   return parse_obj(text, path, limits);
 }
-
 }  // namespace tapestry::io

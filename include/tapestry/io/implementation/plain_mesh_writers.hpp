@@ -8,7 +8,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
 /// The picture of a material that faces show beside a paint. None if no face shows it, or it cannot be read:
 /// the material's colour then replaces it, as when the mesh is drawn.
 inline std::optional<Array<std::uint8_t, 3>> shown_picture(const geometry::Mesh& mesh,
@@ -93,7 +92,6 @@ raster::PaintedMesh writable_body(const char* operation, const raster::PaintedMe
     separate_uvs(written);
   return written;
 }
-
 }  // namespace detail
 
 std::string unused_material_name(const geometry::Mesh& mesh, std::string name) {
@@ -118,5 +116,4 @@ void write_glb(const std::string& path, const geometry::Mesh& mesh) {
   write_file_atomically(path,
                         detail::glb_file(path, mesh, {}, {"", 1, detail::picture_files(path, mesh, {})}));
 }
-
 }  // namespace tapestry::io

@@ -73,7 +73,6 @@ inline unsigned char* compress_for_png(unsigned char* bytes, int count, int* com
 #endif
 
 namespace tapestry::io::detail {
-
 /// Fills a picture by a loader of stb. Throws if stb ran out of memory, which it does not always report as
 /// the reason.
 template <class Element, class Load>
@@ -133,5 +132,4 @@ std::string encode_jpeg(const std::uint8_t* pixels, std::size_t height, std::siz
                                   pixels, quality);
   });
 }
-
 }  // namespace tapestry::io::detail

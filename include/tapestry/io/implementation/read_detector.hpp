@@ -10,7 +10,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
 [[nodiscard]] inline nn::Engine engine_of(const std::string& precision) {
   if (precision == "bfloat16") return nn::Engine::bfloat16;
   if (precision == "float") return nn::Engine::automatic;
@@ -240,7 +239,6 @@ template <std::floating_point T>
     throw FileError(error.kind(), details);
   }
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -262,5 +260,4 @@ template <std::floating_point T>
 Array<T, 4> read_input(const detect::Detector<T>& detector, const std::string& path) {
   return detector.input(image::from_bytes<T>(read_picture(path)));
 }
-
 }  // namespace tapestry::io

@@ -220,5 +220,4 @@ Array<double, 2> read_palette(const std::string& path) {
   std::copy(channels.begin(), channels.end(), palette.data());
   return palette;
 }
-
 }  // namespace tapestry::io

@@ -3,16 +3,13 @@
 #include <tapestry/nn/network/network.hpp>
 
 namespace tapestry::io {
-
 /// Supported versions of ONNX's operators; 7 is ONNX 1.2's.
 inline constexpr std::int64_t first_opset = 7;
 /// The last supported version.
 inline constexpr std::int64_t last_opset = 24;
 
 namespace detail {
-
 [[nodiscard]] std::string_view text_of(const std::vector<std::byte>& bytes);
-
 }  // namespace detail
 
 /// Reads an ONNX model that is held in memory.
@@ -33,8 +30,7 @@ namespace detail {
 [[nodiscard]] nn::NetworkDescription parse_onnx(std::string_view bytes, const std::string& path,
                                                 const OnnxLimits& limits = {});
 
-/// Reads an ONNX model from a file; see parse_onnx().
-/// Takes memory of at most 56 times the file and 1 MiB.
+/// Reads an ONNX model from a file; see parse_onnx(). Takes memory of at most 56 times the file and 1 MiB.
 /// \throws FileError  also as RegularFile does
 [[nodiscard]] nn::NetworkDescription read_onnx(const std::string& path, const OnnxLimits& limits = {});
 
@@ -77,5 +73,4 @@ using WeightValues = std::map<std::string, std::vector<float>>;
 ///                  type than FLOAT, or elements in pieces; malformed as parse_onnx()
 [[nodiscard]] std::string with_weights(std::string_view bytes, const std::string& path,
                                        const WeightValues& weights);
-
 }  // namespace tapestry::io

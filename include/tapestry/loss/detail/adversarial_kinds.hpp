@@ -3,7 +3,6 @@
 #include <string>
 
 namespace tapestry::loss {
-
 /// The loss that is minimised to hide the target from a YOLO detector.
 ///
 /// paper      Wang et al., FCA (AAAI 2022), eq. 2 to 5: per scale the IoU of the predicted box with the
@@ -61,5 +60,4 @@ struct AdversarialTerms {
   Term iou = 0, objectness = 0, classification = 0, max_score = 0;
   Term total = 0;
 };
-
 }  // namespace tapestry::loss

@@ -4,7 +4,6 @@
 #include <tapestry/loss/detail/responsible.hpp>
 
 namespace tapestry::loss::detail {
-
 /// A candidate of one image as formulas of its logits, on a tape of duals.
 template <DualNumber D>
 class TapedCandidate {
@@ -178,5 +177,4 @@ template <DualNumber D>
                static_cast<T>(weights.max_score) * mean.max_score;
   return mean;
 }
-
 }  // namespace tapestry::loss::detail

@@ -2,7 +2,6 @@
 #include <tapestry/loss/detail/responsible.hpp>
 
 namespace tapestry::loss {
-
 /// Weight of each head in the objectness term of the Ultralytics kind, by fineness of the grid: 4, 1, 0.4
 /// from the finest for three heads; 4, 1, 0.25, 0.06, 0.02 for any other number (0.02 beyond the fifth).
 [[nodiscard]] inline std::vector<double> objectness_balance(const std::vector<detect::Head>& heads) {
@@ -86,13 +85,11 @@ void largest_mean_logit_adjoint(const Predictions<T>& predictions, const std::ve
 }
 
 namespace detail {
-
 /// 1 − o·p·u as (1 − o) + o·(1 − p) + o·p·(1 − u), which keeps its digits when all three are near 1; for a
 /// head without objectness 1 − p·u as (1 − p) + p·(1 − u). At least the smallest normal number, so that the
 /// loss stays below 709.
 template <std::floating_point T>
 [[nodiscard]] double miss(const Predictions<T>& predictions, const Responsible& best, const Target& target);
-
 }  // namespace detail
 
 /// −log(1 − m), m being the largest σ(obj) · p(class) · IoU(box, target) of all candidates of all heads,
@@ -128,5 +125,4 @@ template <std::floating_point T>
 template <std::floating_point T>
 void vanish_adjoint(const Predictions<T>& predictions, const detect::Box& box, double loss_adjoint,
                     const LogitsAdjoint<T>& logits_adjoint);
-
 }  // namespace tapestry::loss

@@ -2,7 +2,6 @@
 #include <tapestry/loss/prediction.hpp>
 
 namespace tapestry::loss {
-
 /// The cell of a grid that holds a point, if the point lies in the picture.
 struct GridCell {
   std::size_t row = 0, column = 0;
@@ -72,7 +71,6 @@ struct DynamicMatch {
 using DynamicMatches = std::vector<std::vector<DynamicMatch>>;
 
 namespace detail {
-
 /// −log p and −log(1 − p) of the probability p = √(σ(class) · σ(objectness)), or σ(class) of a head without
 /// objectness; neither above 100, the bound of the cross entropy in YOLOX's published program.
 struct ClassCost {
@@ -98,7 +96,6 @@ void require_truths(const char* operation, const std::vector<detect::Head>& head
   for (const auto& of_image : truths)
     for (const Target& truth : of_image) require_target(operation, last, truth);
 }
-
 }  // namespace detail
 
 /// Matches truths with candidates of heads without anchors, by their present predictions. The choice is not
@@ -128,5 +125,4 @@ template <std::floating_point T>
                                              const LogitsView<T>& logits, const Truths& truths,
                                              std::size_t input_height, std::size_t input_width,
                                              const DynamicMatchOptions& options = {});
-
 }  // namespace tapestry::loss

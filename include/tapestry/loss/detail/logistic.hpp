@@ -3,7 +3,6 @@
 #include <type_traits>
 
 namespace tapestry::loss {
-
 /// dσ/dx = σ(x) · σ(−x), which keeps its digits where σ rounds to 1.
 [[nodiscard]] inline double logistic_slope(double x) { return nn::logistic(x) * nn::logistic(-x); }
 
@@ -27,5 +26,4 @@ template <std::floating_point T>
   return (1 - wanted) * ((logit >= 0 ? 1 : decayed) / (1 + decayed)) -
          wanted * ((logit <= 0 ? 1 : decayed) / (1 + decayed));
 }
-
 }  // namespace tapestry::loss

@@ -3,7 +3,6 @@
 #include <tapestry/loss/prediction.hpp>
 
 namespace tapestry::loss::detail {
-
 /// Logits of a batch on the tape, kept for a loss's pullback together with their heads, so that later changes
 /// of the detector or the tape do not matter.
 template <std::floating_point T>
@@ -30,5 +29,4 @@ class KeptLogits {
   std::vector<std::shared_ptr<const Array<T, 4>>> arrays_;
   LogitsView<T> view_;
 };
-
 }  // namespace tapestry::loss::detail

@@ -2,7 +2,6 @@
 #include <tapestry/loss/detail/box_assignment.hpp>  // cell_of
 
 namespace tapestry::loss {
-
 /// A candidate together with its prediction of the target.
 struct Responsible {
   Candidate candidate;
@@ -30,7 +29,6 @@ template <std::floating_point T>
 }
 
 namespace detail {
-
 /// σ(o)·σ(c) ≤ e^(min(o, 0) + min(c, 0)), so a candidate whose sum lies below this cannot reach `score`.
 /// Slightly lower than exact, so that rounding never decides.
 [[nodiscard]] inline double least_log_score(double score) { return std::log(score) - 1e-4; }
@@ -110,7 +108,6 @@ void search_cells(const Predictions<T>& predictions, Candidate candidate, const 
     hopeless = best.hopeless = std::max(hopeless, static_cast<T>(least_log_score(score)));
   }
 }
-
 }  // namespace detail
 
 /// The candidate of a head that finds the target best: the largest σ(obj) · p(class) · IoU, or p(class) · IoU
@@ -160,5 +157,4 @@ template <std::floating_point T>
   }
   return best;
 }
-
 }  // namespace tapestry::loss

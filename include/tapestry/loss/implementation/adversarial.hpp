@@ -1,11 +1,9 @@
 #pragma once
-#include <tapestry/autodiff/arrays/gather.hpp>
 #include <tapestry/loss/adversarial.hpp>
 #include <tapestry/loss/detail/prediction_variable.hpp>
 
 namespace tapestry::loss {
 namespace detail {
-
 template <std::floating_point T>
 TermSums paper_terms(const Predictions<T>& predictions, const Target& target) {
   TermSums sums;
@@ -138,7 +136,6 @@ AdversarialTerms<Variable<T>> adversarial_of(const std::vector<detect::Head>& he
   const auto term = [&](std::size_t index) { return element(means, {index}); };
   return {term(0), term(1), term(2), term(3), term(4)};
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -182,5 +179,4 @@ AdversarialTerms<Variable<T>> mean_of(std::vector<AdversarialTerms<Variable<T>>>
   }
   return mean;
 }
-
 }  // namespace tapestry::loss

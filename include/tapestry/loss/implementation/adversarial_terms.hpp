@@ -3,7 +3,6 @@
 
 namespace tapestry::loss {
 namespace detail {
-
 /// One axis of two overlapping boxes: lengths of intersection and hull, and how the box's own centre and
 /// extent move them. Where two edges coincide, the mean of the two one-sided derivatives is taken, so that
 /// a box that equals the target has derivative 0.
@@ -113,7 +112,6 @@ std::vector<BestOfClass> best_of_each_class(const Predictions<T>& predictions, c
   for (const auto& [best, loss] : classes) sum += std::exp(loss - largest) - std::exp(-largest);
   return largest + std::log(sum + std::exp(-largest));
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -143,5 +141,4 @@ void vanish_adjoint(const Predictions<T>& predictions, const detect::Box& box, d
       detail::score_loss_adjoint(predictions, classes[k].best, {k, box},
                                  loss_adjoint * std::exp(classes[k].loss - together), logits_adjoint);
 }
-
 }  // namespace tapestry::loss

@@ -4,7 +4,6 @@
 
 namespace tapestry::loss {
 namespace detail {
-
 /// The connected parts of a heat map: for each place the number of its part, from 1, or 0 where there is no
 /// heat; neighbours are above, below, left and right.
 struct HeatParts {
@@ -44,7 +43,6 @@ template <std::floating_point T>
   }
   return parts;
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -75,5 +73,4 @@ Variable<T> attention(const ArrayVariable<T, 2>& heat) {
   };
   return record_scalar(attention(heat.value()), pullback, heat);
 }
-
 }  // namespace tapestry::loss

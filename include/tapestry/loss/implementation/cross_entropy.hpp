@@ -1,12 +1,10 @@
 #pragma once
 #include <numeric>
-#include <tapestry/autodiff/record.hpp>
 #include <tapestry/loss/cross_entropy.hpp>
 #include <tapestry/loss/detail/logistic.hpp>
 
 namespace tapestry::loss {
 namespace detail {
-
 template <std::floating_point T>
 void require_wanted(const char* operation, const Array<T, 4>& logits, const Array<T, 4>& wanted) {
   require_shape(operation, "wanted", wanted, logits.shape());
@@ -31,7 +29,6 @@ void for_each_softmax(const Array<T, 4>& logits, Body body) {
       body(first, cells, sum, largest);
     }
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -110,5 +107,4 @@ Variable<T> cross_entropy(const ArrayVariable<T, 4>& logits, std::shared_ptr<con
   };
   return record_scalar(value, pullback, logits);
 }
-
 }  // namespace tapestry::loss

@@ -1,11 +1,9 @@
 #pragma once
-#include <functional>
 #include <tapestry/core/parallel.hpp>
 #include <tapestry/loss/detail/box_assignment.hpp>
 
 namespace tapestry::loss {
 namespace detail {
-
 /// The centre of a candidate's cell, pixels of the input.
 template <std::floating_point T>
 [[nodiscard]] detect::Box cell_box(const Predictions<T>& predictions, const Candidate& candidate) {
@@ -131,7 +129,6 @@ void require_finite_image(const char* operation, const Predictions<T>& predictio
                             "; expected a finite number, found ", first[i]});
   }
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -151,5 +148,4 @@ DynamicMatches dynamic_matches(const std::vector<detect::Head>& heads, const Log
   });
   return matches;
 }
-
 }  // namespace tapestry::loss

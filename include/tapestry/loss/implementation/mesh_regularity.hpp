@@ -4,7 +4,6 @@
 
 namespace tapestry::loss {
 namespace detail {
-
 template <std::floating_point T>
 geometry::Vector3 row(const Array<T, 2>& positions, std::size_t vertex) {
   const T* const p = positions.data() + 3 * vertex;
@@ -55,7 +54,6 @@ struct HingeNormals {
 
   [[nodiscard]] bool has_area() const { return first_length > 0 && second_length > 0; }
 };
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -178,5 +176,4 @@ Variable<T> normal_consistency(const geometry::MeshTopology& topology, const Arr
       },
       positions);
 }
-
 }  // namespace tapestry::loss

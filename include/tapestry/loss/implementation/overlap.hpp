@@ -1,10 +1,8 @@
 #pragma once
-#include <tapestry/loss/detail/box_assignment.hpp>
 #include <tapestry/loss/detail/responsible.hpp>
 
 namespace tapestry::loss {
 namespace detail {
-
 ClassCost::ClassCost(double class_logit, std::optional<double> objectness_logit) {
   constexpr double most = 100;
   if_present = softplus(-class_logit);
@@ -26,7 +24,6 @@ void add(detect::Box& sum, const detect::Box& term, double scale) {
   sum.w += scale * term.w;
   sum.h += scale * term.h;
 }
-
 }  // namespace detail
 
 Overlap iou_with_gradient(const detect::Box& box, const detect::Box& target) {
@@ -74,5 +71,4 @@ CompleteOverlap complete_iou(const detect::Box& box, const detect::Box& target) 
               -1);
   return result;
 }
-
 }  // namespace tapestry::loss

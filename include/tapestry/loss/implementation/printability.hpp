@@ -3,7 +3,6 @@
 #include <tapestry/loss/printability.hpp>
 
 namespace tapestry::loss {
-
 template <std::floating_point T>
 Variable<T> non_printability(const ArrayVariable<T, 2>& texels, std::shared_ptr<const Array<T, 2>> used,
                              std::shared_ptr<const Array<double, 2>> palette, double spread) {
@@ -14,5 +13,4 @@ Variable<T> non_printability(const ArrayVariable<T, 2>& texels, std::shared_ptr<
   };
   return record_scalar(value, pullback, texels);
 }
-
 }  // namespace tapestry::loss

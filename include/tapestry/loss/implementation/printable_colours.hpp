@@ -2,7 +2,6 @@
 #include <tapestry/loss/printability.hpp>
 
 namespace tapestry::loss {
-
 Array<double, 2> printable_colours() {
   constexpr std::array<double, 4> levels{0.05, 0.35, 0.65, 0.95};
   Array<double, 2> palette(Extents<2>{64, 3});
@@ -13,11 +12,9 @@ Array<double, 2> printable_colours() {
   }
   return palette;
 }
-
 }  // namespace tapestry::loss
 
 namespace tapestry::loss::detail {
-
 double score_of(const std::array<double, 3>& colour, const Array<double, 2>& palette, double spread,
                 std::array<double, 3>* slope) {
   const double two_variances = 2 * spread * spread;
@@ -39,5 +36,4 @@ double score_of(const std::array<double, 3>& colour, const Array<double, 2>& pal
     for (std::size_t c = 0; c < 3; ++c) (*slope)[c] = 2 * (colour[c] - mean[c] / shares);
   return nearest - two_variances * std::log(shares / static_cast<double>(palette.shape(0)));
 }
-
 }  // namespace tapestry::loss::detail

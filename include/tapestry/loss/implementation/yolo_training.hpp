@@ -6,7 +6,6 @@
 
 namespace tapestry::loss {
 namespace detail {
-
 /// IoU of two boxes with a common centre.
 [[nodiscard]] inline double shape_iou(double width, double height, const std::array<double, 2>& anchor) {
   const double shared = std::min(width, anchor[0]) * std::min(height, anchor[1]);
@@ -205,7 +204,6 @@ YoloTrainingVariables<T> yolo_training_of(const std::vector<detect::Head>& heads
       yolo_training(kept->heads(), kept->view(), truths, input_height, input_width, options), options,
       adjoint_of, logits);
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -235,5 +233,4 @@ void yolo_training_adjoint(const std::vector<detect::Head>& heads, const LogitsV
                                 options, adjoint, logits_adjoint);
   });
 }
-
 }  // namespace tapestry::loss

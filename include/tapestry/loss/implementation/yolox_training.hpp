@@ -4,7 +4,6 @@
 
 namespace tapestry::loss {
 namespace detail {
-
 /// (y − σ(t))² · H(t, y): the cross entropy, weighted down where σ is near the wanted value.
 [[nodiscard]] inline double quality_focal(double logit, double wanted) {
   const double missed = binary_cross_entropy_slope(logit, wanted);  // σ − y
@@ -132,7 +131,6 @@ YoloTrainingVariables<T> yolox_training_of(const std::vector<detect::Head>& head
       yolox_training(kept->heads(), kept->view(), *matches, input_height, input_width, options), options,
       adjoint_of, logits);
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -159,5 +157,4 @@ void yolox_training_adjoint(const std::vector<detect::Head>& heads, const Logits
                                options, adjoint, logits_adjoint);
   });
 }
-
 }  // namespace tapestry::loss

@@ -5,7 +5,6 @@
 #include <tapestry/nn/workspace.hpp>
 
 namespace tapestry::nn {
-
 /// Statistics of one batch: for each channel its mean, its biased variance, and 1/√(variance + ε).
 struct BatchStatistics {
   std::vector<double> mean{};
@@ -157,5 +156,4 @@ void batch_norm_adjoint(const BatchStatistics& statistics, const T* scale, const
                              constant.period(), adjoint + begin, size);
       });
 }
-
 }  // namespace tapestry::nn

@@ -23,7 +23,6 @@
 /// instruction sets, and the layers it is chosen for may differ too, as without bfloat16.
 
 namespace tapestry::nn {
-
 /// True if Engine::bfloat16 rounds a convolution's operands: float, one group and more than four channels
 /// out. Others take little time, and depthwise ones have no sums over channels, so they stay in float.
 template <std::floating_point T>
@@ -32,7 +31,6 @@ template <std::floating_point T>
 }
 
 namespace detail {
-
 /// Words of a pixel; an odd channel's partner is zero.
 [[nodiscard]] constexpr std::size_t pair_count(std::size_t channels) { return (channels + 1) / 2; }
 
@@ -95,5 +93,4 @@ inline void convolve_pairs(const PackedConvolution<float>& packed, std::size_t i
   detail::pair_inputs(packed.shape, images, in, words.data());
   convolve(pairs, images, static_cast<const float*>(words.data()), end, out, out_image_size);
 }
-
 }  // namespace tapestry::nn

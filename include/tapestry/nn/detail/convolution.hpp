@@ -3,7 +3,6 @@
 
 namespace tapestry::nn {
 namespace detail {
-
 /// How the output of one image is cut into tasks, which does not depend on the number of threads.
 struct ConvolutionTasks {
   bool copies = true;         ///< inputs are copied, with zeros around them
@@ -143,7 +142,6 @@ void convolve_panel(const ConvolutionRows<T>& rows, const std::vector<ReductionB
       reduce_row(rows, row, blocks[b], tile, width / lanes, group * shape.group_in(), out_channel);
   }
 }
-
 }  // namespace detail
 
 /// Applies one packed convolution to a batch.
@@ -187,5 +185,4 @@ void convolve(const PackedConvolution<T>& packed, std::size_t images, const T* i
       detail::convolve_panel(rows, blocks, panel);
   });
 }
-
 }  // namespace tapestry::nn

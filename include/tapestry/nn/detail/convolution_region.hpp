@@ -3,7 +3,6 @@
 #include <tapestry/nn/workspace.hpp>
 
 namespace tapestry::nn::detail {
-
 /// The inputs of some output rows, all inside memory: either the picture itself or a copy with its zeros.
 template <std::floating_point T>
 struct ConvolutionRegion {
@@ -128,5 +127,4 @@ inline constexpr std::size_t longest_reduction = 256;
   }
   return blocks;
 }
-
 }  // namespace tapestry::nn::detail

@@ -3,7 +3,6 @@
 
 namespace tapestry::nn {
 namespace detail {
-
 /// How the sum over images and rows is cut: `groups` partial sums of consecutive units, added in order.
 struct WeightAdjointPlan {
   std::size_t rows_per_unit = 1;
@@ -200,5 +199,4 @@ void convolution_weight_adjoint(const ConvolutionShape& shape, std::size_t image
     kernels<T>().add(partial.data() + group * plan.layout_size, partial.data(), plan.layout_size);
   detail::unpack_weights(shape, partial.data(), weights_adjoint);
 }
-
 }  // namespace tapestry::nn

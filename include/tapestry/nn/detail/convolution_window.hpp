@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/packed_convolution.hpp>
 
 namespace tapestry::nn {
-
 /// Neighbouring outputs of an axis that are computed together from all their inputs. The rounding of each
 /// output therefore depends on most of these inputs.
 struct OutputTile {
@@ -88,5 +87,4 @@ template <std::floating_point T>
   crop(part.shape.columns, part.first_column, part.column_step, outputs.columns);
   return part;
 }
-
 }  // namespace tapestry::nn

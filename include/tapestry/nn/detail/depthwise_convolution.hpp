@@ -3,7 +3,6 @@
 
 namespace tapestry::nn {
 namespace detail {
-
 /// Taps of an axis that lie inside for one output.
 [[nodiscard]] inline BlockRange inner_taps(const AxisWindow& axis, std::size_t output) {
   const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(output * axis.stride) - axis.padding;
@@ -60,5 +59,4 @@ void convolve_depthwise(const PackedConvolution<T>& packed, std::size_t images, 
     }
   });
 }
-
 }  // namespace tapestry::nn

@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/packed_convolution.hpp>
 
 namespace tapestry::nn {
-
 /// True if convolve_few_channels() computes this convolution: at most four channels out, more in, stride 1.
 template <std::floating_point T>
 [[nodiscard]] bool has_few_channels(const PackedConvolution<T>& packed) {
@@ -12,7 +11,6 @@ template <std::floating_point T>
 }
 
 namespace detail {
-
 template <std::floating_point T>
 class FewChannelConvolution {
  public:
@@ -145,5 +143,4 @@ void convolve_few_channels(const PackedConvolution<T>& packed, std::size_t image
                            const Epilogue<T>& end, T* out, std::size_t out_image_size) {
   detail::FewChannelConvolution<T>(packed, in, end, out, out_image_size).run(images);
 }
-
 }  // namespace tapestry::nn

@@ -4,7 +4,6 @@
 #include <tapestry/nn/detail/vector_kernels.hpp>
 
 namespace tapestry::nn {
-
 /// [images, channels, pixels] to [images, pixels, channels].
 template <std::floating_point T>
 void channels_last(std::size_t images, std::size_t channels, std::size_t pixels, const T* in, T* out) {
@@ -61,5 +60,4 @@ void upsample_adjoint(std::size_t images, std::size_t height, std::size_t width,
                            in_adjoint + (y * width + x) * channels, channels);
   });
 }
-
 }  // namespace tapestry::nn

@@ -3,7 +3,6 @@
 #include <tapestry/nn/detail/vector_kernels.hpp>
 
 namespace tapestry::nn {
-
 /// One convolution with its weights laid out for the kernels. It writes every row_step-th row and
 /// column_step-th column of a picture with out_columns columns, so that it can be a part of an adjoint.
 ///
@@ -43,7 +42,6 @@ struct PackedConvolution {
 }
 
 namespace detail {
-
 /// Number of tasks that pays for so many operations. A task of fewer than about half a million operations
 /// costs more than it gains.
 [[nodiscard]] inline std::size_t useful_tasks(double operations) {
@@ -143,5 +141,4 @@ template <std::floating_point T, class WeightAt>
   };
   return covers(shape.rows) && covers(shape.columns);
 }
-
 }  // namespace tapestry::nn

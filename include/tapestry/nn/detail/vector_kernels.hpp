@@ -5,7 +5,6 @@
 #include <tapestry/nn/activation.hpp>
 
 namespace tapestry::nn {
-
 /// Steps from a sum to the value stored at out[i], where i counts from `origin`:
 ///
 ///   value   = (sum + bias + (out[i] if adds)) · factor[i]
@@ -222,5 +221,4 @@ template <std::floating_point T>
   static const Kernels<T> chosen = kernels_of<T>(instruction_set());
   return chosen;
 }
-
 }  // namespace tapestry::nn

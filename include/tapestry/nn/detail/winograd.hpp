@@ -3,7 +3,6 @@
 
 namespace tapestry::nn {
 namespace detail {
-
 /// One convolution by Winograd's algorithm.
 template <std::floating_point T>
 class WinogradConvolution {
@@ -281,5 +280,4 @@ void convolve_winograd(const PackedConvolution<T>& packed, WinogradForm form, st
                        const Epilogue<T>& end, T* out, std::size_t out_image_size, bool pairs = false) {
   detail::WinogradConvolution<T>(packed, images, form, in, end, out, out_image_size, pairs).run();
 }
-
 }  // namespace tapestry::nn

@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/packed_convolution.hpp>
 
 namespace tapestry::nn {
-
 /// True if Winograd's algorithm in this form computes this convolution: one group, taps side by side, and the
 /// form's taps and stride along both axes.
 template <std::floating_point T>
@@ -14,7 +13,6 @@ template <std::floating_point T>
 }
 
 namespace detail {
-
 /// How one convolution is cut up; depends on its extents alone.
 struct WinogradPlan {
   WinogradForm form = WinogradForm::f4_taps3;
@@ -34,8 +32,7 @@ struct WinogradPlan {
   /// transformed first, and each task transforms the filters of its panel. Sharing writes less to memory
   /// where there are few filters.
   bool shares_filters = false;
-  /// Whether transformed filters are kept from pass to pass: if they are
-  /// few, reading them is faster.
+  /// Whether transformed filters are kept from pass to pass: if they are few, reading them is faster.
   bool keeps_filters = false;
 
   // Distances in memory, a cache line longer than needed so that points do not fall into one cache set.
@@ -92,5 +89,4 @@ template <std::floating_point T>
   return plan;
 }
 }  // namespace detail
-
 }  // namespace tapestry::nn

@@ -4,7 +4,6 @@
 #include <tapestry/nn/network_variable.hpp>
 
 namespace tapestry::nn::detail {
-
 /// \throws ShapeError unless a tensor is one map or picture
 [[nodiscard]] inline Extents<4> batch_of_maps(const char* what, const Shape& shape, std::size_t batch) {
   if (shape.size() != 4 || shape[0] != 1)
@@ -49,11 +48,9 @@ template <std::floating_point T, class... Weights>
   };
   return record_arrays<T, 4>(std::move(results), pullback, x, weights...);
 }
-
 }  // namespace tapestry::nn::detail
 
 namespace tapestry::nn {
-
 template <std::floating_point T>
 std::vector<ArrayVariable<T, 4>> forward(const Network<T>& network, const ArrayVariable<T, 4>& x,
                                          std::shared_ptr<NetworkPass<T>> pass) {
@@ -72,11 +69,9 @@ std::vector<ArrayVariable<T, 4>> forward(Network<T>& network, const ArrayVariabl
   network.set_weights({weights.value().data(), weights.value().size()});
   return detail::record_network(std::as_const(network), Mode::training, std::move(pass), x, weights);
 }
-
 }  // namespace tapestry::nn
 
 namespace tapestry::nn::detail {
-
 /// One operator of networks applied to maps: what its record keeps.
 template <std::floating_point T>
 class LayerRecord {
@@ -192,11 +187,9 @@ template <std::floating_point T, class... Weights>
            {"strides", repeated(2, layer.stride)},
            {"pads", repeated(4, layer.padding)}}};
 }
-
 }  // namespace tapestry::nn::detail
 
 namespace tapestry::nn {
-
 template <std::floating_point T>
 ArrayVariable<T, 4> convolve(const ArrayVariable<T, 4>& x, const ArrayVariable<T, 4>& weights,
                              const ArrayVariable<T, 1>& bias, const ConvolutionLayer& layer) {
@@ -230,5 +223,4 @@ ArrayVariable<T, 4> batch_norm(const ArrayVariable<T, 4>& x, const ArrayVariable
   const auto running = zeros<T, 1>({scale.value().size()});  // running statistics, which are not used
   return detail::record_layer<T>(std::move(node), {running, running}, x, scale, bias);
 }
-
 }  // namespace tapestry::nn

@@ -9,7 +9,6 @@
 /// with plain options has them all. For double, a reference, the portable ones serve every set.
 
 namespace tapestry::nn {
-
 #if defined(__x86_64__) && \
     (!defined(TAPESTRY_ONE_INSTRUCTION_SET) || (defined(__AVX512BF16__) && defined(__AVX512BW__)))
 #define TAPESTRY_BFLOAT16_SET
@@ -76,5 +75,4 @@ Kernels<T> kernels_of([[maybe_unused]] InstructionSet set) {
 }
 
 #undef TAPESTRY_BFLOAT16_SET
-
 }  // namespace tapestry::nn

@@ -6,7 +6,6 @@
 #include <tapestry/nn/network/tensor.hpp>
 
 namespace tapestry::nn {
-
 struct Subgraph;
 
 /// A constant that stands beside a node's inputs; of If and Loop, also the nodes that they run.
@@ -14,9 +13,8 @@ using Attribute =
     std::variant<std::int64_t, double, std::string, std::vector<std::int64_t>, std::vector<double>, Constant,
                  std::vector<std::string>, std::shared_ptr<const Subgraph>>;
 
-/// One operator applied to named values. The vocabulary is ONNX's: names, attributes,
-/// inputs and outputs of its operators in the version (opset) that the description states.
-/// Source: onnx.ai, Operators.md.
+/// One operator applied to named values. The vocabulary is ONNX's: names, attributes, inputs and outputs of
+/// its operators in the version (opset) that the description states. Source: onnx.ai, Operators.md.
 struct Node {
   std::string name{};  ///< for messages; may be empty
   std::string operation{};
@@ -76,5 +74,4 @@ struct NetworkDescription {
 /// compute for the description's inputs. None if none differs, or if an input has an open extent: the stated
 /// extents are then for an unknown one. Values that cannot be computed are left out.
 [[nodiscard]] std::optional<std::string> untrue_shape(const NetworkDescription& description);
-
 }  // namespace tapestry::nn

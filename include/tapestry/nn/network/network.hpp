@@ -17,7 +17,6 @@
 /// network_pass.hpp.
 
 namespace tapestry::nn {
-
 /// A network at fixed extents: forward, and backward to its inputs and its weights. Results are the same bits
 /// for any number of threads.
 template <std::floating_point T>
@@ -142,5 +141,4 @@ class Network {
 
 extern template class Network<float>;
 extern template class Network<double>;
-
 }  // namespace tapestry::nn

@@ -2,7 +2,6 @@
 #include <tapestry/nn/network/window_plan.hpp>
 
 namespace tapestry::nn {
-
 template <std::floating_point T>
 class Network;
 
@@ -162,5 +161,4 @@ class NetworkPass {
 
 extern template class NetworkPass<float>;
 extern template class NetworkPass<double>;
-
 }  // namespace tapestry::nn

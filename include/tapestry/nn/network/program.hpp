@@ -4,7 +4,6 @@
 #include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::nn {
-
 /// Purpose of a forward pass; it decides what the pass keeps.
 enum class Mode {
   inference,       ///< running statistics; nothing is kept but the results
@@ -175,5 +174,4 @@ template <std::floating_point T>
   const Operation<T>& other = *program.steps[maker].operation;
   return other.takes_batches() == step.operation->takes_batches() ? maker : no_value;
 }
-
 }  // namespace tapestry::nn

@@ -4,7 +4,6 @@
 #include <tapestry/nn/network/program.hpp>
 
 namespace tapestry::nn {
-
 /// An operand of a node that is folded.
 struct FoldOperand {
   const Constant* constant = nullptr;  ///< null for Shape and Size, which read the extents alone
@@ -177,5 +176,4 @@ class ProgramBuilder {
 
 extern template class ProgramBuilder<float>;
 extern template class ProgramBuilder<double>;
-
 }  // namespace tapestry::nn

@@ -3,7 +3,6 @@
 #include <tapestry/nn/network/network.hpp>
 
 namespace tapestry::nn {
-
 template <std::floating_point T>
 class StagedNetwork;
 
@@ -115,5 +114,4 @@ class StagedNetwork {
 
 extern template class StagedNetwork<float>;
 extern template class StagedNetwork<double>;
-
 }  // namespace tapestry::nn

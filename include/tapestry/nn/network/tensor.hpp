@@ -1,7 +1,6 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <functional>
 #include <numeric>
 #include <span>
@@ -11,7 +10,6 @@
 #include <vector>
 
 namespace tapestry::nn {
-
 /// Extents of a tensor, outermost first; empty for a scalar.
 using Shape = std::vector<std::size_t>;
 
@@ -116,5 +114,4 @@ struct TensorView {
   [[nodiscard]] bool is_there() const { return values != nullptr; }
   [[nodiscard]] std::size_t size() const { return size_of(*shape); }
 };
-
 }  // namespace tapestry::nn

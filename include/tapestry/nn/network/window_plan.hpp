@@ -1,9 +1,7 @@
 #pragma once
-#include <bit>
 #include <tapestry/nn/network/program.hpp>
 
 namespace tapestry::nn {
-
 /// Rows and columns of each value that a pass must recompute when the network's only input, a picture stored
 /// channels last, changes within a window. Values that are not maps of one picture are recomputed whole.
 struct MapWindowPlan {
@@ -160,5 +158,4 @@ struct KeptValues {
     if (plan->changed[value]) for_each_outside(map, plan->read[value], *plan->changed[value], body);
   }
 };
-
 }  // namespace tapestry::nn

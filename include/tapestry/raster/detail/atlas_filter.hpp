@@ -3,7 +3,6 @@
 #include <tapestry/raster/painted_mesh.hpp>
 
 namespace tapestry::raster {
-
 /// Steps in an atlas for a step of a column and of a row in the picture, in texels, rows downwards: {columns,
 /// rows} for the first, then for the second. A pixel's circle becomes an ellipse there, its footprint.
 using AtlasSteps = std::array<double, 4>;
@@ -198,5 +197,4 @@ class AtlasFilter {
   std::vector<MipLevel> levels_;
   bool repeats_ = false;
 };
-
 }  // namespace tapestry::raster

@@ -3,7 +3,6 @@
 #include <tapestry/raster/faces_in_view.hpp>
 
 namespace tapestry::raster {
-
 /// The faces that samples of a picture show, pixel by pixel: 4 bytes a pixel, and where a pixel shows several
 /// faces, 4 more and 4 for each. A face smaller than the distance of samples may be missing.
 class SeenFaces {
@@ -158,5 +157,4 @@ struct FacePair {
 /// \param edges  of the same mesh
 [[nodiscard]] std::vector<FacePair> crossing_faces(const geometry::Mesh& mesh, const MeshEdges& edges,
                                                    const SeenFaces& seen);
-
 }  // namespace tapestry::raster

@@ -4,7 +4,6 @@
 #include <tapestry/raster/detail/raster_kernels.hpp>
 
 namespace tapestry::raster {
-
 /// Square cells over the part of a picture that a mesh covers.
 class CellGrid {
  public:
@@ -240,5 +239,4 @@ class FaceField {
   std::vector<Listed> listed_;               // the first stands for all faces that are not listed
   std::vector<std::uint32_t> slot_;          // place in listed_ of each face
 };
-
 }  // namespace tapestry::raster

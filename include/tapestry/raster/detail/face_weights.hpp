@@ -4,7 +4,6 @@
 #include <tapestry/raster/detail/pixel_rays.hpp>
 
 namespace tapestry::raster {
-
 /// Perspective-correct barycentric coordinates of the points that samples of a view show.
 ///
 /// The ray r = (rx, ry, 1) through a sample meets the plane of the corners q₀, q₁, q₂ (view space) at
@@ -125,5 +124,4 @@ struct FaceWeights {
     return b;
   }
 };
-
 }  // namespace tapestry::raster

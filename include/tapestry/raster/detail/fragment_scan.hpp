@@ -2,7 +2,6 @@
 #include <tapestry/raster/detail/raster_kernels.hpp>
 
 namespace tapestry::raster {
-
 /// The part of a pixel that shows one face.
 struct Fragment {
   std::size_t pixel;  ///< row · width + column
@@ -24,7 +23,6 @@ struct PackedFragment {
 };
 
 namespace detail {
-
 /// The fragments of a pixel row before they are visited, in separate arrays.
 class FragmentRow {
  public:
@@ -187,6 +185,5 @@ class FragmentScan {
   float share_;
   FragmentRow fragments_;
 };
-
 }  // namespace detail
 }  // namespace tapestry::raster

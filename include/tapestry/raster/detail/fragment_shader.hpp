@@ -5,7 +5,6 @@
 
 namespace tapestry::raster {
 namespace detail {
-
 inline void require_uvs(const char* operation, const geometry::Mesh& mesh,
                         const std::vector<std::uint8_t>& painted) {
   const auto require_face = [&](std::size_t face) {
@@ -213,7 +212,6 @@ inline void require_view_of(const char* operation, const PaintedMesh& body, cons
          ": the view was drawn of another mesh, before its positions moved, or for another kind "
          "of texture; draw it anew"});
 }
-
 }  // namespace detail
 
 /// Draws a view of a painted mesh and keeps its fragments, once for both its picture, by render_textured(),
@@ -224,5 +222,4 @@ inline void require_view_of(const char* operation, const PaintedMesh& body, cons
                                               std::size_t samples_per_axis = 4) {
   return {"drawn_view", body.mesh, camera, height, width, samples_per_axis, detail::grain_of(body.layout)};
 }
-
 }  // namespace tapestry::raster

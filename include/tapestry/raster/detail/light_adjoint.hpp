@@ -3,7 +3,6 @@
 #include <tapestry/raster/detail/light_adjoint/light_sums.hpp>
 
 namespace tapestry::raster {
-
 /// The numbers of a light as an array, [8]: ambient, directional, direction x, y, z, colour r, g, b.
 template <std::floating_point T>
 [[nodiscard]] Array<T, 1> light_parameters(const Light& light) {
@@ -152,5 +151,4 @@ void light_adjoint(const PaintedMesh& body, const geometry::Camera& camera, cons
   const auto parameters = light_parameters<T>(sum.adjoint(light));
   for (std::size_t i = 0; i < parameters.size(); ++i) light_adjoint(i) += parameters(i);
 }
-
 }  // namespace tapestry::raster

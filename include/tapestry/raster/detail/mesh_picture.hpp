@@ -2,7 +2,6 @@
 #include <tapestry/raster/detail/atlas_filter.hpp>
 
 namespace tapestry::raster {
-
 /// A picture that belongs to a mesh, as its faces look it up.
 struct MeshPicture {
   TextureLayout layout;                 ///< an atlas of u_extent 1
@@ -27,5 +26,4 @@ struct MeshPictures {
 [[nodiscard]] inline const MeshPicture* picture_of_face(const PaintedMesh& body, std::size_t face) {
   return body.pictures ? body.pictures->at(face) : nullptr;
 }
-
 }  // namespace tapestry::raster

@@ -2,7 +2,6 @@
 #include <tapestry/raster/texture_layout.hpp>
 
 namespace tapestry::raster {
-
 /// One picture of a pyramid.
 struct MipLevel {
   std::size_t height;
@@ -56,5 +55,4 @@ struct PyramidTexels {
   const MipLevel* levels;  ///< from the atlas itself up
   const float* texels;     ///< [texel_count, 3]
 };
-
 }  // namespace tapestry::raster

@@ -2,7 +2,6 @@
 #include <tapestry/raster/detail/fragment_shader.hpp>
 
 namespace tapestry::raster::detail {
-
 /// The rows of an operator that belong to a band of pixel rows.
 template <std::floating_point T>
 struct OperatorBand {
@@ -89,5 +88,4 @@ class PaintedFragments {
   std::array<std::size_t, LookupBatch::size> pixels_;
   std::array<double, LookupBatch::size> scales_;
 };
-
 }  // namespace tapestry::raster::detail

@@ -2,7 +2,6 @@
 #include <tapestry/raster/visibility.hpp>
 
 namespace tapestry::raster {
-
 /// A mesh seen from infinitely far along a direction: decides which of its points a distant light reaches.
 ///
 /// Visibility is computed by the rasteriser and exact at each texel of a square map around the mesh. The
@@ -111,8 +110,7 @@ class ParallelView {
   }
 
   /// Whether the face in a texel lies above the receiver there. Faces that meet within a texel differ in
-  /// height by up to the difference of their slopes; that much, at most
-  /// two texels, is not a shadow.
+  /// height by up to the difference of their slopes; that much, at most two texels, is not a shadow.
   [[nodiscard]] bool hides(double column, double row, std::size_t face, const Plane& own,
                            const geometry::Vector3& at) const {
     const double size = static_cast<double>(pixels_);
@@ -134,5 +132,4 @@ class ParallelView {
   std::vector<std::int32_t> faces_;  ///< face that each texel shows, −1 for none
   std::vector<Plane> planes_;
 };
-
 }  // namespace tapestry::raster

@@ -2,7 +2,6 @@
 #include <tapestry/geometry/camera.hpp>
 
 namespace tapestry::raster {
-
 /// Rays through points of a picture, with z = 1; coordinates in pixels from the picture's corner.
 struct PixelRays {
   std::array<double, 2> step;   ///< change of the ray's x and y per pixel
@@ -35,5 +34,4 @@ struct Affine {
   double a = 0, b = 0, c = 0;
   [[nodiscard]] double at(double column, double row) const { return a * column + b * row + c; }
 };
-
 }  // namespace tapestry::raster

@@ -5,7 +5,6 @@
 #include <tapestry/raster/detail/view_clip.hpp>
 
 namespace tapestry::raster {
-
 /// A triangle ready for rasterising.
 ///
 /// Depth has the same bits wherever and with whatever instructions it is computed, fused or not. At sample
@@ -171,5 +170,4 @@ struct RasterKernels {
   static const RasterKernels chosen = raster_kernels_of(instruction_set());
   return chosen;
 }
-
 }  // namespace tapestry::raster

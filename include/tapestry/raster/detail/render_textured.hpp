@@ -2,7 +2,6 @@
 #include <tapestry/raster/detail/fragment_shader.hpp>
 
 namespace tapestry::raster {
-
 template <std::floating_point T>
 struct TexturedPicture {
   Array<T, 3> colour;                ///< [H, W, 3], lit colour times coverage, row 0 on top
@@ -11,7 +10,6 @@ struct TexturedPicture {
 };
 
 namespace detail {
-
 /// Adds scale · colour to a pixel's three values.
 template <std::floating_point T>
 void add_scaled(const std::array<T, 3>& scale, const T* colour, T* pixel) {
@@ -157,7 +155,6 @@ void draw_band(const FragmentBands& fragments, std::size_t band, const FragmentS
   });
   queue.finish_all();
 }
-
 }  // namespace detail
 
 /// Renders a view that is drawn, see drawn_view().
@@ -201,5 +198,4 @@ template <std::floating_point T, LightModel Model = Light>
   const FragmentBands fragments("render_textured", body.mesh, camera, height, width, samples_per_axis);
   return render_textured(body, fragments, light, texels);
 }
-
 }  // namespace tapestry::raster

@@ -4,7 +4,6 @@
 #include <tapestry/raster/faces_in_view.hpp>
 
 namespace tapestry::raster {
-
 /// Appearance of a mesh's faces: paint, material and light. Refers to its parts, which must outlive it.
 template <std::floating_point T, LightModel Model = Light>
 struct Surface {
@@ -176,5 +175,4 @@ template <std::floating_point T, class Model>
   auto lighting = prepare(mesh, camera, surface.light);
   return SurfaceColour<T, decltype(lighting)>(surface.body, surface.texels, std::move(lighting));
 }
-
 }  // namespace tapestry::raster

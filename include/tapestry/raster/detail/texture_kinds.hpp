@@ -2,7 +2,6 @@
 #include <tapestry/raster/texture_layout.hpp>
 
 namespace tapestry::raster {
-
 /// Derivatives of a colour with respect to some coordinates: [channel][coordinate].
 template <std::size_t Coordinates>
 using ColourSlope = std::array<std::array<double, Coordinates>, 3>;
@@ -144,10 +143,8 @@ void for_each_atlas_texel(const geometry::Mesh& mesh, const TextureLayout& layou
 }
 
 namespace detail {
-
 /// Barycentric coordinates brought into the triangle.
 std::array<double, 3> clamped_barycentric(std::array<double, 3> b);
-
 }  // namespace detail
 
 /// Calls visit(texel, b) for the texels that lie on a face, by the barycentric coordinates of their places.
@@ -203,5 +200,4 @@ using UvSides = std::array<std::array<double, 2>, 2>;
   }
   return {};
 }
-
 }  // namespace tapestry::raster

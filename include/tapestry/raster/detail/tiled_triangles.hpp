@@ -4,7 +4,6 @@
 #include <tapestry/raster/detail/triangle_setup.hpp>
 
 namespace tapestry::raster {
-
 /// Throws Error (mismatch) naming the face unless every corner of every face exists.
 inline void require_corners(const char* operation, const geometry::Mesh& mesh) {
   if (mesh.faces.empty() ||
@@ -220,5 +219,4 @@ class TiledTriangles {
   std::unique_ptr<const ScreenTriangle*[]> triangles_;
   std::size_t non_finite_faces_ = 0;
 };
-
 }  // namespace tapestry::raster

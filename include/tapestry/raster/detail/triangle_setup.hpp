@@ -3,7 +3,6 @@
 #include <tapestry/raster/detail/raster_kernels.hpp>
 
 namespace tapestry::raster {
-
 /// Samples whose centres a triangle's box contains, clipped to the grid; empty when first > last.
 struct SampleRange {
   std::int32_t first;
@@ -25,7 +24,6 @@ struct SampleRange {
 enum class FaceCulling { none, back };
 
 namespace detail {
-
 /// Turns a face that crosses near, far or the guard band into triangles. For faces without a cut see set_up()
 /// in vertex_kernels.inl.
 class CutSetup {
@@ -114,6 +112,5 @@ class CutSetup {
   std::size_t columns_;
   FaceCulling culling_;
 };
-
 }  // namespace detail
 }  // namespace tapestry::raster

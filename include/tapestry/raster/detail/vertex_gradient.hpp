@@ -4,7 +4,6 @@
 #include <tapestry/raster/detail/vertex_gradient/pixel_map.hpp>
 
 namespace tapestry::raster {
-
 /// The derivative of the box-filtered picture: the motion inside faces, sampled as the picture is, or along
 /// lines that cross them where large planes are seen nearly edge-on, see grazing_faces(); plus the integral
 /// over all visible outlines, creases between colours and lines of intersection. A line of intersection
@@ -31,7 +30,6 @@ struct NeuralMeshRenderer {
 };
 
 namespace detail {
-
 void require_positions_adjoint(const char* operation, const geometry::Mesh& mesh,
                                const std::vector<geometry::Vector3>& positions_adjoint);
 
@@ -153,7 +151,6 @@ void add_motion(const Surface<T, Model>& surface, const geometry::Camera& camera
   PixelMap(mesh, positions_view, camera, buffer, colours, adjoints).add_to(*positions_adjoint.moving);
   if (model.interior) add_motion(surface, camera, render_adjoint, positions_adjoint, InteriorOnly{axis});
 }
-
 }  // namespace detail
 
 /// Adds ∂L/∂positions, L being a function of the picture of a surface by render(), to positions_adjoint, in
@@ -196,5 +193,4 @@ requires(!std::same_as<Gradient, NeuralMeshRenderer>) void vertex_adjoint(
   detail::require_view_of("vertex_adjoint", surface.body, view);
   detail::add_motion(surface, view, render_adjoint, {&positions_adjoint, &positions_adjoint}, model);
 }
-
 }  // namespace tapestry::raster

@@ -2,7 +2,6 @@
 #include <tapestry/geometry/camera.hpp>
 
 namespace tapestry::raster {
-
 /// Clipping in view space against near, far and a guard band around the picture.
 ///
 /// All planes pass through the eye or face along z, so they are tested before any division by z; a
@@ -138,5 +137,4 @@ struct RayGrid {
              2 * camera.tan_half_fov_y / static_cast<double>(sample_rows)},
         first{step[0] / 2 - camera.tan_half_fov_x, step[1] / 2 - camera.tan_half_fov_y} {}
 };
-
 }  // namespace tapestry::raster

@@ -5,7 +5,6 @@
 
 namespace tapestry::raster {
 namespace detail {
-
 template <std::floating_point T>
 void require_pixels(const char* operation, const char* what, const PixelFaces& pixels,
                     const Array<T, 3>& array, std::size_t channels) {
@@ -32,7 +31,6 @@ void for_each_attribute(const PixelFaces& pixels, const std::vector<geometry::Co
     visit(pixel, attributes);
   }
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -199,5 +197,4 @@ ArrayVariable<T, 3> antialias(const Rasterised<T>& rasterised,
   };
   return record_array(antialias(*rasterised.pixels, colour.value()), pullback, colour, rasterised.positions);
 }
-
 }  // namespace tapestry::raster

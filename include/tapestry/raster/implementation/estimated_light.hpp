@@ -1,11 +1,9 @@
 #pragma once
 #include <map>
-#include <numeric>
 #include <tapestry/raster/implementation/light_search.hpp>
 
 namespace tapestry::raster {
 namespace detail {
-
 /// Sets the errors of an estimate on some points.
 inline void set_errors(EstimatedLight& estimate, const FittedLight& light,
                        const std::vector<LitPoint>& points) {
@@ -129,7 +127,6 @@ inline void add_direction(const geometry::Mesh& mesh, std::size_t face, const ge
         std::abs(cosine) *
         view.visible_share(face, geometry::add(geometry::scale(corner[k], 1 - occlusion_inset), middle));
 }
-
 }  // namespace detail
 
 CoatedPoint PreparedPhotographedLight::coated(std::size_t face, const std::array<double, 3>& b) const {
@@ -211,5 +208,4 @@ AmbientOcclusion ambient_occlusion(const geometry::Mesh& mesh, std::size_t direc
     }
   return result;
 }
-
 }  // namespace tapestry::raster

@@ -2,7 +2,6 @@
 #include <tapestry/raster/detail/face_field.hpp>
 
 namespace tapestry::raster {
-
 FaceField::FaceField(const FacesInView& faces, const SeenFaces& seen, const geometry::Camera& camera)
     : faces_(faces),
       seen_(seen),
@@ -165,5 +164,4 @@ void FaceField::keep(const Listed& listed) {
   slot_[static_cast<std::size_t>(listed.face)] = static_cast<std::uint32_t>(listed_.size());
   listed_.push_back(listed);
 }
-
 }  // namespace tapestry::raster

@@ -3,7 +3,6 @@
 #include <tuple>
 
 namespace tapestry::raster::detail {
-
 /// A face that may be one of a large plane.
 struct GrazingFace {
   std::int32_t face = -1;
@@ -169,5 +168,4 @@ void GrazingSpans::find_visible(const FaceField& field, const Face& own, const S
     hide(field, own, face, weights, line, parts);
   });
 }
-
 }  // namespace tapestry::raster::detail

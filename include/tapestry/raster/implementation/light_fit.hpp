@@ -4,7 +4,6 @@
 #include <tapestry/raster/estimated_light.hpp>
 
 namespace tapestry::raster::detail {
-
 /// Terms of a light: below a coat, sun and sky (9); in it, surroundings (9), their bands and a glint.
 inline constexpr std::size_t body_terms = 10, light_terms = body_terms + 9 + height_band_count + 1;
 using LightTerms = std::array<double, light_terms>;
@@ -260,5 +259,4 @@ class LightFit {
   Colour start_{1, 1,
                 1};  ///< light times paint before the first round: of the points' sum, or of white light
 };
-
 }  // namespace tapestry::raster::detail

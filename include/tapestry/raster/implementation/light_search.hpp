@@ -3,7 +3,6 @@
 
 namespace tapestry::raster {
 namespace detail {
-
 /// Height of the lowest sun that is searched, for a direction of length 1.
 inline constexpr double lowest_sun = 0.1;
 
@@ -217,7 +216,5 @@ struct FittedLight {
   fitted.other = colours_of_others(all, fitted);
   return fitted;
 }
-
 }  // namespace detail
-
 }  // namespace tapestry::raster

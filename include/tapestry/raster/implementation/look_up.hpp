@@ -5,7 +5,6 @@
 
 namespace tapestry::raster {
 namespace detail {
-
 /// Bilinear lookup at one pixel of uv, as visit_picture_taps() has it.
 struct LookUp {
   AxisTaps column, row;
@@ -43,7 +42,6 @@ void require_texture(const char* operation, const Array<T, 3>& texture, const Ar
   require_shape(operation, "uv", uv, {uv.shape(0), uv.shape(1), 2});
   if (texture.size() == 0) throw ShapeError({operation, ": the texture has no texel, expected one at least"});
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -100,5 +98,4 @@ ArrayVariable<T, 3> look_up(const std::type_identity_t<ArrayVariable<T, 3>>& tex
   };
   return record_array(look_up(texture.value(), uv.value()), pullback, texture, uv);
 }
-
 }  // namespace tapestry::raster

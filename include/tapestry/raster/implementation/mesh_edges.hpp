@@ -6,7 +6,6 @@
 
 namespace tapestry::raster {
 namespace detail {
-
 [[nodiscard]] inline std::int8_t way_of(const geometry::Mesh& mesh, const MeshEdges& edges,
                                         std::span<const HalfEdge> own) {
   if (own.size() != 2) return 0;
@@ -200,7 +199,6 @@ inline void keep_once(std::vector<FacePair>& pairs) {
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
 }
-
 }  // namespace detail
 
 std::vector<std::int32_t> welded_positions(const geometry::Mesh& mesh) {
@@ -266,5 +264,4 @@ std::vector<FacePair> crossing_faces(const geometry::Mesh& mesh, const MeshEdges
   detail::keep_once(all);
   return all;
 }
-
 }  // namespace tapestry::raster

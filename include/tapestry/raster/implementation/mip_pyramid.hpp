@@ -1,12 +1,10 @@
 #pragma once
-#include <tapestry/autodiff/record.hpp>
 #include <tapestry/raster/detail/surface.hpp>
 #include <tapestry/raster/mip_pyramid.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
 namespace tapestry::raster {
 namespace detail {
-
 std::vector<MipOverlap> mip_overlaps(std::size_t coarse_size, std::size_t fine_size) {
   std::vector<MipOverlap> overlaps;
   overlaps.reserve(coarse_size);
@@ -77,7 +75,6 @@ std::array<double, 3> clamped_barycentric(std::array<double, 3> b) {
   for (double& value : b) value = sum > 0 ? value / sum : 1.0 / 3;
   return b;
 }
-
 }  // namespace detail
 
 MipPyramid::MipPyramid(const TextureLayout& layout) : layout_(layout) {
@@ -91,5 +88,4 @@ std::shared_ptr<const MipPyramid> pyramid_of(const PaintedMesh& body) {
   if (!is_filtered(body.layout)) return nullptr;
   return std::make_shared<const MipPyramid>(body.layout, used_texels_or_all<float>(body));
 }
-
 }  // namespace tapestry::raster

@@ -3,7 +3,6 @@
 #include <tapestry/raster/visibility.hpp>
 
 namespace tapestry::raster::detail {
-
 /// Point where the ray of a pixel meets its face, see barycentrics().
 struct SeenPoint {
   std::array<geometry::Vector3, 3> corners;  ///< q, view space
@@ -174,5 +173,4 @@ inline void add_crossing(const OutlineCrossing& crossing, const SeenPoints& poin
   points.add(geometry::cross(points.position(crossing.q), by_n), crossing.p, positions_adjoint);
   points.add(geometry::cross(by_n, points.position(crossing.p)), crossing.q, positions_adjoint);
 }
-
 }  // namespace tapestry::raster::detail

@@ -6,7 +6,6 @@
 /// with plain options has them all.
 
 namespace tapestry::raster {
-
 #if defined(__clang__)
 #pragma clang fp contract(off)
 #else
@@ -32,5 +31,4 @@ RasterKernels raster_kernels_of([[maybe_unused]] InstructionSet set) {
 #endif
   return portable::make_kernels();
 }
-
 }  // namespace tapestry::raster

@@ -3,7 +3,6 @@
 #include <tapestry/raster/scene.hpp>
 
 namespace tapestry::raster {
-
 GroundShade::GroundShade(const geometry::Mesh& bodies, const Ground& ground)
     : shadow_pixels_(ground.shadow_pixels) {
   const auto bounds = geometry::bounds_of(bodies.positions);
@@ -47,5 +46,4 @@ Array<float, 2> GroundShade::operator()(const OutdoorLight& light, const geometr
   });
   return kept;
 }
-
 }  // namespace tapestry::raster

@@ -1,18 +1,15 @@
 #pragma once
-#include <tapestry/image/colour_space_variable.hpp>
 #include <tapestry/raster/bake.hpp>
 #include <tapestry/raster/detail/surface.hpp>
 #include <tapestry/raster/used_texels.hpp>
 
 namespace tapestry::raster {
 namespace detail {
-
 template <std::floating_point T>
 void require_bakeable(const char* operation, const PaintedMesh& body, const Array<T, 2>& texels) {
   require_layout(operation, body);
   require_shape(operation, "texels", texels, {body.layout.texel_count(body.mesh), 3});
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -99,5 +96,4 @@ Array<T, 2> bake_cube(const PaintedMesh& body, const Array<T, 2>& texels, const 
   }
   return cube;
 }
-
 }  // namespace tapestry::raster

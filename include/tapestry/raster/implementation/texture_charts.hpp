@@ -7,7 +7,6 @@
 
 namespace tapestry::raster {
 namespace detail {
-
 inline constexpr std::size_t no_chart = std::numeric_limits<std::size_t>::max();
 
 /// Disjoint sets of numbers: joined first, looked up afterwards.
@@ -173,7 +172,6 @@ inline std::vector<TextureChart> connected_pieces(const TextureChart& chart) {
   for (TextureChart& piece : pieces) fit_box(piece);
   return pieces;
 }
-
 }  // namespace detail
 
 std::vector<TextureChart> texture_charts(const PaintedMesh& body) {
@@ -242,5 +240,4 @@ std::vector<TextureChart> painted_charts(std::vector<TextureChart> charts,
   }
   return pieces;
 }
-
 }  // namespace tapestry::raster

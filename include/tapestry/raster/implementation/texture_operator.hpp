@@ -110,5 +110,4 @@ std::vector<ArrayVariable<T, 3>> render(
   };
   return record_arrays<T, 3>(std::move(values), pullback, texels);
 }
-
 }  // namespace tapestry::raster

@@ -3,7 +3,6 @@
 
 namespace tapestry::raster {
 namespace detail {
-
 /// Colours of a silhouette: every face alike, so that only the mesh's outline counts.
 struct OneColour {
   using Colour = std::array<double, 1>;
@@ -27,7 +26,6 @@ ArrayVariable<T, 2> record_coverage(std::shared_ptr<const geometry::Mesh> mesh,
   };
   return record_array(std::move(coverage), std::move(pullback), positions, pose);
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -63,5 +61,4 @@ ArrayVariable<T, 2> silhouette(const geometry::Mesh& mesh, const geometry::Camer
   return detail::record_coverage<T>(std::move(shape), seen_by, at, std::move(coverage), positions, pose,
                                     samples_per_axis, std::move(edges));
 }
-
 }  // namespace tapestry::raster

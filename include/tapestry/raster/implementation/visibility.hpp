@@ -4,7 +4,6 @@
 #include <tapestry/raster/visibility.hpp>
 
 namespace tapestry::raster {
-
 PixelFaces pixel_faces(std::shared_ptr<const geometry::Mesh> mesh, const geometry::Camera& camera,
                        std::size_t height, std::size_t width, std::shared_ptr<const MeshEdges> edges) {
   PixelFaces pixels{std::move(mesh), camera, height, width, {}, {}};
@@ -14,7 +13,6 @@ PixelFaces pixel_faces(std::shared_ptr<const geometry::Mesh> mesh, const geometr
 }
 
 namespace detail {
-
 void require_view(const char* operation, const geometry::Camera& camera, std::size_t height,
                   std::size_t width, std::size_t samples_per_axis) {
   const std::string name = operation;
@@ -33,7 +31,6 @@ void require_view(const char* operation, const geometry::Camera& camera, std::si
         {name, ": the camera needs a finite pose, 0 < near < far ≤ 1e30 and tangents in (0, 1e6]"});
   }
 }
-
 }  // namespace detail
 
 std::vector<geometry::Vector3> positions_in_view(const geometry::Mesh& mesh, const geometry::Camera& camera) {
@@ -98,11 +95,9 @@ std::size_t automatic_samples_per_axis(const geometry::Mesh& mesh, const geometr
     samples *= 2;
   return samples;
 }
-
 }  // namespace tapestry::raster
 
 namespace tapestry::raster::detail {
-
 void require_positions_adjoint(const char* operation, const geometry::Mesh& mesh,
                                const std::vector<geometry::Vector3>& positions_adjoint) {
   if (positions_adjoint.size() != mesh.positions.size())
@@ -134,5 +129,4 @@ void leave_out_inner_sides(const MeshEdges& edges, const SeenFaces& seen,
     return;
   faces.leave_out(has[0] ? 1 : -1);
 }
-
 }  // namespace tapestry::raster::detail

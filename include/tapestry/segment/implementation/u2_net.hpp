@@ -4,7 +4,6 @@
 #include <tapestry/segment/u2_net.hpp>
 
 namespace tapestry::segment {
-
 Array<std::uint8_t, 2> car_component(const Array<float, 2>& mask, const std::optional<Region>& region,
                                      double threshold) {
   const std::size_t height = mask.shape(0), width = mask.shape(1);
@@ -219,5 +218,4 @@ ArrayVariable<float, 2> mask(const U2Net& network, const ArrayVariable<float, 3>
   };
   return record_array(std::shared_ptr<const Array<float, 2>>(pass, &pass->mask), pullback, picture);
 }
-
 }  // namespace tapestry::segment

@@ -4,7 +4,6 @@
 
 namespace tapestry::segment {
 namespace detail {
-
 /// Writes the nodes down, block by block. Source: Qin et al., U²-Net (Pattern Recognition 106, 2020), figures
 /// 2 and 5, without batch normalisation, which an exporter folds into the convolutions.
 class U2NetWriter {
@@ -152,7 +151,6 @@ class U2NetWriter {
   std::size_t count_ = 0;
   nn::NetworkDescription description_;
 };
-
 }  // namespace detail
 
 nn::NetworkDescription u2_net_description(const U2NetShape& shape, std::uint64_t seed) {
@@ -186,5 +184,4 @@ std::vector<std::string> u2_net_logits(const nn::NetworkDescription& network) {
   }
   return logits;
 }
-
 }  // namespace tapestry::segment

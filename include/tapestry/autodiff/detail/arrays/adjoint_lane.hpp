@@ -3,7 +3,6 @@
 #include <tapestry/core/array.hpp>
 
 namespace tapestry::detail {
-
 template <std::size_t Rank>
 [[nodiscard]] std::size_t count_of(const Extents<Rank>& extents) {
   std::size_t count = 1;
@@ -24,5 +23,4 @@ template <class T>
   if (state.adjoint_lane == nullptr) state.adjoint_lane = new AttachedLane;
   return static_cast<AttachedLane&>(*state.adjoint_lane).number;
 }
-
 }  // namespace tapestry::detail

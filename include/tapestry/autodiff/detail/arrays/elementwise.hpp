@@ -4,7 +4,6 @@
 
 namespace tapestry {
 namespace detail {
-
 template <class X>
 struct ArrayScalarOf {};
 template <class T, std::size_t Rank>
@@ -178,5 +177,4 @@ template <DifferentiableArray X>
                          std::type_identity_t<detail::ArrayScalarType<X>> high) {
   return detail::array_unary(x, detail::Clamp<detail::ArrayScalarType<X>>{low, high});
 }
-
 }  // namespace tapestry

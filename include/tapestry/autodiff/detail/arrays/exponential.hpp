@@ -3,7 +3,6 @@
 #include <tapestry/core/vector_exp.hpp>
 
 namespace tapestry {
-
 /// How arrays compute exp:
 ///   library  as std::exp, an element at a time
 ///   vector   a vector at a time, which takes an eighth of the time; relative error below 2 ε. It gives 0
@@ -14,7 +13,6 @@ namespace tapestry {
 enum class Exponential { library, vector };
 
 namespace detail {
-
 struct VectorExp {
   static constexpr bool is_cheap = true;
   template <class T>
@@ -55,5 +53,4 @@ template <Exponential Policy, DifferentiableArray X>
     return detail::array_unary<detail::VectorExp>(x);
   }
 }
-
 }  // namespace tapestry

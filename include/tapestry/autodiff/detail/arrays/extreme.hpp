@@ -3,7 +3,6 @@
 
 namespace tapestry {
 namespace detail {
-
 /// The best element of each line, the first of equals; the adjoint goes to that element.
 template <class X, class IsBetter>
 [[nodiscard]] auto extreme_along(const char* operation, const X& x, std::size_t axis, IsBetter is_better) {
@@ -57,5 +56,4 @@ template <DifferentiableArray X>
   const auto total = sum_along(x, axis);
   return ArrayVariable<T, X::rank - 1>(total / static_cast<detail::Base<T>>(x.shape()[axis]));
 }
-
 }  // namespace tapestry

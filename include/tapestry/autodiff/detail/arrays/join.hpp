@@ -3,7 +3,6 @@
 
 namespace tapestry {
 namespace detail {
-
 template <std::size_t Rank>
 void require_count(const char* operation, std::size_t count, const Extents<Rank>& extents) {
   if (count_of(extents) != count)
@@ -61,5 +60,4 @@ template <class T, std::size_t Rank>
   };
   return record_array(std::move(value), CarriesTangents{pullback}, parts);
 }
-
 }  // namespace tapestry

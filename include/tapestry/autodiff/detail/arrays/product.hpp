@@ -3,7 +3,6 @@
 
 namespace tapestry {
 namespace detail {
-
 /// c[rows, columns] += a · b[depth, columns], b and c row-major; a(i, k) is at i · row_step + k · depth_step.
 template <class T>
 struct ProductArguments {
@@ -193,5 +192,4 @@ requires(DifferentiableArray<X> || DifferentiableArray<W> || DifferentiableArray
       std::conditional_t<DifferentiableArray<X>, X, std::conditional_t<DifferentiableArray<W>, W, B>>>;
   return detail::affine_of<T>(ArrayVariable<T, 2>(x), ArrayVariable<T, 2>(weight), ArrayVariable<T, 1>(bias));
 }
-
 }  // namespace tapestry

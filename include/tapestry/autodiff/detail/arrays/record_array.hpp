@@ -4,7 +4,6 @@
 
 namespace tapestry {
 namespace detail {
-
 /// \throws DomainError unless a record of inputs with these links could be made now
 template <class T, class... Links>
 void require_recordable(const Links&... links) {
@@ -139,7 +138,6 @@ template <class T, std::size_t Rank, class Pullback, class... Slots>
     results[i] = ArrayVariable<T, Rank>(results[i].shared_value(), adjoints[i], link);
   return results;
 }
-
 }  // namespace detail
 
 /// Records an operation with an array result and its pullback on the active tape. Like record_scalar(), but
@@ -187,5 +185,4 @@ void record_mark(Callback passed) {
   static_cast<void>(
       detail::TapeState<T>::require_active().append_record(std::make_unique<Record>(std::move(passed))));
 }
-
 }  // namespace tapestry

@@ -3,7 +3,6 @@
 
 namespace tapestry {
 namespace detail {
-
 /// Number k of a dual: 0 the value, then the tangents.
 template <DualNumber D>
 [[nodiscard]] constexpr typename D::value_type part_of(const D& x, std::size_t k) {
@@ -293,5 +292,4 @@ template <class F, class X>
       },
       x);
 }
-
 }  // namespace tapestry

@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/detail/arrays/exponential.hpp>
 
 namespace tapestry {
-
 /// Σ of all elements, added in double; 0 for none. A formula is summed in the pass that computes it.
 template <DifferentiableArray X>
 [[nodiscard]] auto sum(const X& x) {
@@ -23,7 +22,6 @@ template <class X, detail::ArrayPair<X> Y>
 }
 
 namespace detail {
-
 /// An array of a variable's extents, with elements of any value.
 template <class T, std::size_t Rank>
 [[nodiscard]] std::shared_ptr<Array<T, Rank>> array_like(const ArrayVariable<T, Rank>& x) {
@@ -265,5 +263,4 @@ template <class T, std::size_t Rank>
 [[nodiscard]] Variable<T> smallest(const ArrayVariable<T, Rank>& x) {
   return detail::extreme("smallest", x, [](T a, T b) { return detail::is_beyond(a < b, a, b); });
 }
-
 }  // namespace tapestry

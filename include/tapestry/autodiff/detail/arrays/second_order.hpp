@@ -59,5 +59,4 @@ template <detail::ArrayOfDuals X>
       },
       detail::variable_of(x));
 }
-
 }  // namespace tapestry

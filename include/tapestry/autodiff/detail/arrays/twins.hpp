@@ -128,5 +128,4 @@ requires(DifferentiableArray<A> || DifferentiableArray<X>) [[nodiscard]] auto ma
   const auto product = matmul(matrix, reshape(vector, Extents<2>{vector.size(), 1}));
   return reshape(product, Extents<1>{matrix.shape()[0]});
 }
-
 }  // namespace tapestry

@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/detail/arrays/expression/node.hpp>
 
 namespace tapestry {
-
 /// Elements first, first + step … below last along one axis; all of them by default.
 struct Range {
   std::size_t first = 0;
@@ -126,5 +125,4 @@ template <Viewable X>
       throw ShapeError({"broadcast: ", view.shape(), " does not repeat to ", extents});
   return decltype(view)(view.whole(), view.offset(), extents, view.strides_in(extents));
 }
-
 }  // namespace tapestry

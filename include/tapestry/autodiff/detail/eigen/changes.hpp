@@ -6,7 +6,6 @@
 // order. The numbers may be duals, which have derivatives of their own.
 
 namespace tapestry::detail {
-
 /// Variables of value 0: the derivatives alone.
 template <class S>
 using Changes = Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic>;
@@ -45,5 +44,4 @@ template <class S>
   }
   return product;
 }
-
 }  // namespace tapestry::detail

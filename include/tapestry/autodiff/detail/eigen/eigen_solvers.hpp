@@ -6,7 +6,6 @@
 // derivatives.
 
 namespace tapestry::detail {
-
 /// Eigenvalues λ and vectors V of a symmetric matrix of variables, from those of its values, λ₀ and V₀. With
 /// Ẇ = V₀ᵀ Ȧ V₀,
 ///

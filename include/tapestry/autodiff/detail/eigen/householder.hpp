@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/detail/eigen/triangular_solve.hpp>
 
 namespace tapestry::detail {
-
 /// Replaces a vector x ≠ 0 whose entries behind the first are all 0 by its reflection to β·e₁,
 /// 1 − τ v vᴴ, β = −sign(x₀)·|x|, v = (1, xᵢ / (x₀ − β)), as next to it: the limit, and differentiable. Eigen
 /// takes τ = 0, which drops the derivatives of those entries.
@@ -22,11 +21,9 @@ template <class Vector, class S, Differentiable R>
   tau = Eigen::numext::conj(S((S(beta) - first) / S(beta)));
   return true;
 }
-
 }  // namespace tapestry::detail
 
 namespace Eigen {
-
 /// Part of a vector of variables, as Eigen's own. Its decompositions make their reflections of such parts;
 /// see tapestry::detail::reflect_axis().
 template <tapestry::detail::MatrixOfDerivatives Vector, int Size>

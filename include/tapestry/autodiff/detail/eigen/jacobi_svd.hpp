@@ -5,7 +5,6 @@
 // value is 0, and drops its derivatives.
 
 namespace tapestry::detail {
-
 /// Singular vectors of variables, U, from those of numbers, U₀, [M, P], and Ȧ V₀, [M, K], or for V from V₀
 /// and Ȧᵀ U₀. With Ẇ = U₀ᵀ Ȧ V₀,
 ///

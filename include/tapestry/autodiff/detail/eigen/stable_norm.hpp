@@ -3,9 +3,7 @@
 #include <tapestry/autodiff/functions.hpp>
 
 namespace tapestry {
-
 namespace detail {
-
 /// The power of two below a number, so that its inverse is finite; the largest for ∞ and NaN, the least for
 /// 0.
 template <class B>
@@ -16,7 +14,6 @@ template <class B>
                               ? std::clamp(number > 0 ? std::ilogb(number) : -most, 1 - most, most)
                               : most);
 }
-
 }  // namespace detail
 
 /// A step of Eigen's stableNorm(), which calls it unqualified: adds the entries of a vector to a sum of
@@ -47,5 +44,4 @@ void stable_norm_impl_inner_step(const Vector& vec, S& ssq, S& scale, S& inverse
     ssq += entry * entry;
   }
 }
-
 }  // namespace tapestry

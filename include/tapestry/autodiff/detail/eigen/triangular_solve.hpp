@@ -6,7 +6,6 @@
 // its derivatives with it.
 
 namespace tapestry::detail {
-
 template <class S>
 concept HasDerivatives = Differentiable<S> || ComplexOfDifferentiable<S>;
 template <class M>
@@ -99,7 +98,6 @@ struct SparseTriangularSolve {
       }
   }
 };
-
 }  // namespace tapestry::detail
 
 namespace Eigen::internal {

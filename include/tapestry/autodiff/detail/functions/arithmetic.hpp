@@ -145,5 +145,4 @@ requires detail::FormulaOperands<X, Y>
 template <class X, class Y>
 requires detail::FormulaOperands<X, Y>
 [[nodiscard]] bool operator==(const X& x, const Y& y) { return (x <=> y) == 0; }
-
 }  // namespace tapestry

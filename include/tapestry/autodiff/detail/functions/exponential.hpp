@@ -126,5 +126,4 @@ template <int = 0, class X, detail::Arguments<X> Y>
 [[nodiscard]] auto logsumexp(const X& x, const Y& y) {
   return detail::make_binary<detail::LogSumExp>(x, y, "logsumexp");
 }
-
 }  // namespace tapestry

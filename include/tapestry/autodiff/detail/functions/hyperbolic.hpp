@@ -47,5 +47,4 @@ struct Atanh {
 
 /// At ±1 value and derivative are infinite.
 [[nodiscard]] auto atanh(const detail::Argument auto& x) { return detail::make_unary<detail::Atanh>(x); }
-
 }  // namespace tapestry

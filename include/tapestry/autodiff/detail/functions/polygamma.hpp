@@ -9,7 +9,6 @@
 
 namespace tapestry {
 namespace detail {
-
 // Polygamma functions in long double. Near the roots between the poles at 0, −1, −2 … terms cancel; in long
 // double, a result in double keeps its digits down to about 2⁻¹⁰ from the root. Nearer to one of the first 20
 // roots, digamma is computed from there.
@@ -122,9 +121,8 @@ inline constexpr std::array<std::array<long double, 2>, 20> negative_digamma_roo
      {-0x9.5ec49b2f4ddde41p+1L, 3.116936410487939e-19L},
      {-0x9.df1d4cdd0417689p+1L, 4.59481782199764988e-20L}}};
 
-/// ψ beside a negative root r. There ψ(x) = ψ(1 − x) − π cot πx cancels. Subtracting the same
-/// equation at r, where ψ is 0, leaves two differences that can be written without
-/// cancellation: with d = x − r,
+/// ψ beside a negative root r. There ψ(x) = ψ(1 − x) − π cot πx cancels. Subtracting the same equation at r,
+/// where ψ is 0, leaves two differences that can be written without cancellation: with d = x − r,
 ///
 ///   ψ(x) = Σₖ ψ⁽ᵏ⁾(1 − r) (−d)ᵏ / k! + π sin πd / (sin πx · sin πr).
 ///
@@ -192,5 +190,4 @@ template <std::floating_point T>
 [[nodiscard]] T digamma(T x) {
   return polygamma<0>(x);
 }
-
 }  // namespace tapestry

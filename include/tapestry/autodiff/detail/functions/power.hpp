@@ -237,10 +237,9 @@ template <Differentiable X>
 /// At 0 the derivative is +∞.
 [[nodiscard]] auto cbrt(const detail::Argument auto& x) { return detail::make_unary<detail::Cbrt>(x); }
 
-/// x to the power of y, as std::pow; pow(0, 0) = 1.
-/// d/dx = y · x^(y−1), and 0 for y = 0 whatever x is. d/dy = x^y · log x; it is 0 where the power is 0
-/// and at pow(0, 0), −∞ for x = 0 > y, and NaN for x < 0, where neighbouring powers do not exist: let the
-/// exponent be passive there. A passive operand costs nothing.
+/// x to the power of y, as std::pow; pow(0, 0) = 1. d/dx = y · x^(y−1), and 0 for y = 0 whatever x is. d/dy =
+/// x^y · log x; it is 0 where the power is 0 and at pow(0, 0), −∞ for x = 0 > y, and NaN for x < 0, where
+/// neighbouring powers do not exist: let the exponent be passive there. A passive operand costs nothing.
 template <class X, class Y>
 requires detail::Arguments<X, Y>
 [[nodiscard]] auto pow(const X& x, const Y& y) { return detail::make_binary<detail::Pow>(x, y, "pow"); }
@@ -249,5 +248,4 @@ requires detail::Arguments<X, Y>
 template <class X, class Y>
 requires detail::Arguments<X, Y>
 [[nodiscard]] auto hypot(const X& x, const Y& y) { return detail::make_binary<detail::Hypot>(x, y, "hypot"); }
-
 }  // namespace tapestry

@@ -5,7 +5,6 @@
 #include <tapestry/autodiff/variable.hpp>
 
 namespace tapestry {
-
 namespace detail {
 template <class R>
 concept HasShape = requires(const R& range) {
@@ -27,7 +26,6 @@ concept ScalarRange = detail::Contiguous<R> &&
     (Differentiable<typename R::value_type> || detail::PlainRange<R>);
 
 namespace detail {
-
 /// Whether a scalar is made of its value and of numbers that are its partial derivatives. Others record the
 /// operations themselves.
 template <class S>
@@ -274,5 +272,4 @@ template <ScalarRange R>
   }
   return results;
 }
-
 }  // namespace tapestry

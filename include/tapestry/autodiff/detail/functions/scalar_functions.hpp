@@ -131,5 +131,4 @@ template <std::floating_point T>
 [[nodiscard]] constexpr T sign(T x) {
   return x > 0 ? T(1) : x < 0 ? T(-1) : x == 0 ? T(0) : x;
 }
-
 }  // namespace tapestry

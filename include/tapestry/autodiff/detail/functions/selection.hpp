@@ -168,5 +168,4 @@ template <int = 0, Differentiable X>
 [[nodiscard]] bool isinf(const Differentiable auto& x) { return std::isinf(detail::base_value(x)); }
 [[nodiscard]] bool isnan(const Differentiable auto& x) { return std::isnan(detail::base_value(x)); }
 [[nodiscard]] bool signbit(const Differentiable auto& x) { return std::signbit(detail::base_value(x)); }
-
 }  // namespace tapestry

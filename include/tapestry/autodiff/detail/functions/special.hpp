@@ -5,7 +5,6 @@
 
 namespace tapestry {
 namespace detail {
-
 /// exp(−x²), corrected by the rounding error of x²: at x = 26 that is hundreds of ulp.
 struct ExpMinusSquare {
   template <std::floating_point T>
@@ -68,5 +67,4 @@ template <int = 0, detail::Argument X>
 
 /// Γ(x); at 0 the derivative is −∞, at negative integers NaN.
 [[nodiscard]] auto tgamma(const detail::Argument auto& x) { return detail::make_unary<detail::Tgamma>(x); }
-
 }  // namespace tapestry

@@ -4,7 +4,6 @@
 
 namespace tapestry {
 namespace detail {
-
 struct FusedMultiplyAdd {
   static auto value(auto x, auto y, auto z) { return fma(x, y, z); }
   template <class T>
@@ -141,5 +140,4 @@ template <class X, class Y, detail::TernaryOperands<X, Y> Z>
 [[nodiscard]] auto hypot(const X& x, const Y& y, const Z& z) {
   return detail::make_ternary<detail::Hypot3>(x, y, z);
 }
-
 }  // namespace tapestry

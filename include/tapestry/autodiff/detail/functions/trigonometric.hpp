@@ -88,5 +88,4 @@ struct Atan2 {
 template <class Y, class X>
 requires detail::Arguments<Y, X>
 [[nodiscard]] auto atan2(const Y& y, const X& x) { return detail::make_binary<detail::Atan2>(y, x, "atan2"); }
-
 }  // namespace tapestry

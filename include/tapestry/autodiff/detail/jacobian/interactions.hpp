@@ -5,7 +5,6 @@
 
 namespace tapestry {
 namespace detail {
-
 /// Records which variables meet in an operation that is not linear. The origin of a number is a node: a
 /// variable, or two nodes. Its variables are looked up only where it meets another number: the sum over a
 /// long problem never does, so that its many terms cost nothing.
@@ -192,5 +191,4 @@ class Dual<T, 1, detail::InteractionTag> {
   detail::Interactions* all_ = nullptr;
   detail::Interactions::Node node_ = 0;
 };
-
 }  // namespace tapestry

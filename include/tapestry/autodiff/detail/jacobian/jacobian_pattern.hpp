@@ -8,7 +8,6 @@
 #include <vector>
 
 namespace tapestry::detail {
-
 /// Sets of numbers, each kept once: equal sets have the same name. The empty one is 0.
 class IndexSets {
  public:
@@ -103,11 +102,9 @@ class PendingSets {
   std::uint32_t free_ = 0;
   std::vector<IndexSets::Name> pending_;
 };
-
 }  // namespace tapestry::detail
 
 namespace tapestry {
-
 /// Which entries of a matrix may differ from 0, row by row, their columns ascending.
 class JacobianPattern {
  public:
@@ -213,5 +210,4 @@ struct ColumnColouring {
   colouring.colour_count = taken_by.size();
   return colouring;
 }
-
 }  // namespace tapestry

@@ -9,7 +9,6 @@
 #include <vector>
 
 namespace tapestry {
-
 /// Second derivatives of a function. An unknown one is NaN: the function has a kink there, or
 /// an infinite slope hides it.
 template <class T>
@@ -28,7 +27,6 @@ struct SecondDerivatives : std::vector<T> {
 };
 
 namespace detail {
-
 /// A function at one point, with the second derivatives that a caller asks for.
 template <class T>
 struct Curvature {
@@ -163,6 +161,5 @@ template <class T, class Evaluate, class PlaceOf>
   for (const T entry : found.second) found.second.unknown += std::isnan(entry) ? 1U : 0U;
   return found;
 }
-
 }  // namespace detail
 }  // namespace tapestry

@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/variable.hpp>
 
 namespace tapestry::detail {
-
 /// Tangents of all statements of a tape in Width directions at once: a forward sweep over the recording,
 /// without computing it anew. For a tape without operations with a pullback.
 template <std::floating_point T, std::size_t Width>
@@ -72,5 +71,4 @@ class TangentVectors {
   std::vector<StatementRun> runs_;
   std::vector<const Word*> ends_;
 };
-
 }  // namespace tapestry::detail

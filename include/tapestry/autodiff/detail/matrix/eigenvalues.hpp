@@ -4,7 +4,6 @@
 
 namespace tapestry {
 namespace detail {
-
 /// A = V diag(w) Vᵀ.
 template <class T>
 struct EigenPairs {
@@ -40,7 +39,6 @@ template <std::floating_point T>
 }  // namespace detail
 
 namespace matrix {
-
 /// Result of symmetric_eigen(): arrays or Eigen matrices of variables.
 template <class Values, class Vectors>
 struct SymmetricEigen {
@@ -97,6 +95,5 @@ template <detail::MatrixOfFloats A>
   auto vectors = detail::record_matrix<Eigen::Dynamic>(pairs->v, by_vectors, input);
   return SymmetricEigen<decltype(values), decltype(vectors)>{std::move(values), std::move(vectors)};
 }
-
 }  // namespace matrix
 }  // namespace tapestry

@@ -4,7 +4,6 @@
 
 /// Inputs of operations on matrices, whichever way the matrices are held.
 namespace tapestry::detail {
-
 /// Numbers in columns, which all decompositions work on.
 template <class T>
 using DenseMatrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
@@ -150,5 +149,4 @@ void require_equal_rows(const char* operation, const A& a, const B& b) {
     throw ShapeError(
         {operation, ": b is ", shape_text(b), ", expected ", a.rows(), " rows as a ", shape_text(a)});
 }
-
 }  // namespace tapestry::detail

@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/detail/matrix/record_matrix.hpp>
 
 namespace tapestry::matrix {
-
 /// C = A B of Eigen matrices, [M, K] and [K, N], giving [M, N], as one record; Eigen's own A * B records
 /// every entry. For arrays take matmul(). One of them may be plain.
 ///
@@ -52,5 +51,4 @@ template <detail::MatrixOfFloats A>
   };
   return detail::record_number<T>(scale * scaled_norm, pullback, input);
 }
-
 }  // namespace tapestry::matrix

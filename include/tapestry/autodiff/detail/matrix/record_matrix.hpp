@@ -3,7 +3,6 @@
 
 /// Conversion of an operation on matrices to one record, whichever way its matrices are held.
 namespace tapestry::detail {
-
 template <class Target>
 [[nodiscard]] bool is_wanted(const Target& adjoint) {
   if constexpr (std::is_pointer_v<Target>) {
@@ -133,5 +132,4 @@ template <class T, class Pullback, class... Slots>
   return record_scalar_slots<T>(value, MatrixPullback<T, Pullback>{std::move(pullback)},
                                 std::move(inputs.slot)...);
 }
-
 }  // namespace tapestry::detail

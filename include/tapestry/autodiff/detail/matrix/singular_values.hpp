@@ -4,7 +4,6 @@
 
 namespace tapestry {
 namespace detail {
-
 /// A = U diag(s) Vᵀ, thin.
 template <class T>
 struct SingularTriples {
@@ -66,7 +65,6 @@ template <std::floating_point T>
 }  // namespace detail
 
 namespace matrix {
-
 /// Result of singular_values(): arrays or Eigen matrices of variables.
 template <class Values, class Vectors>
 struct SingularValues {
@@ -148,6 +146,5 @@ template <detail::MatrixOfFloats A>
   };
   return detail::record_number<T>(triples->s.sum(), pullback, input);
 }
-
 }  // namespace matrix
 }  // namespace tapestry

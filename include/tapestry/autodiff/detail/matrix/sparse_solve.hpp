@@ -5,7 +5,6 @@
 
 namespace tapestry {
 namespace detail {
-
 template <class S>
 struct SparseScalarOf {
   using type = void;
@@ -44,7 +43,6 @@ template <class T>
 }  // namespace detail
 
 namespace matrix {
-
 /// X of A X = B for a sparse A, by Eigen's sparse LU decomposition, as one record. One of them may be plain.
 ///
 ///   B̄ = A⁻ᵀ X̄,  Ā[i, j] = −B̄[i, ·] · X[j, ·] at A's entries
@@ -80,6 +78,5 @@ requires(ScalarExpression<S> || detail::MatrixOfVariables<B>)
   };
   return detail::record_matrix<detail::columns_of<B>()>(x, pullback, left, right);
 }
-
 }  // namespace matrix
 }  // namespace tapestry

@@ -6,7 +6,6 @@
 /// Applies the rule that a zero passes nothing on. The fast sweep leaves the rule out: it multiplies infinite
 /// and NaN adjoints by zero partial derivatives. Such a product is NaN, and makes its sum NaN.
 namespace tapestry::detail {
-
 /// Whether a sweep may have multiplied an infinite adjoint or a NaN by 0: one adjoint at least is NaN. To
 /// look at all adjoints would take a tenth of a sweep, so they are looked at only if an operation of this
 /// thread has been invalid, as 0 · ∞ is and what made a NaN; the processor remembers that. A NaN that was
@@ -54,5 +53,4 @@ class CarefulSweep {
     }
   }
 };
-
 }  // namespace tapestry::detail

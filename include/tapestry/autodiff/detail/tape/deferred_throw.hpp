@@ -3,7 +3,6 @@
 #include <utility>
 
 namespace tapestry::detail {
-
 // Calls whose exceptions are caught, and thrown again afterwards. Around a call that may throw, GCC keeps no
 // floating-point number in a register if there is a destructor to run: a loop that accumulates a number for
 // use behind the call would store and load it in each iteration.
@@ -29,5 +28,4 @@ template <class F>
     return false;
   }
 }
-
 }  // namespace tapestry::detail

@@ -4,7 +4,6 @@
 #include <tapestry/autodiff/detail/tape/tape_memory.hpp>
 
 namespace tapestry {
-
 /// A statement of a tape with a value or partial derivative that is not finite.
 struct NonFinite {
   std::size_t statement = 0;  ///< counted from 1
@@ -35,7 +34,6 @@ struct ZeroProducts {
 };
 
 namespace detail {
-
 /// Records of a tape beside its statements, to find where a NaN came from. Writing a statement does not touch
 /// it, unless the statement finds no usual room; while values are watched, none does.
 class TapeDiagnosis : public TapeMemory {
@@ -109,6 +107,5 @@ class TapeDiagnosis : public TapeMemory {
   std::optional<NonFinite> first_;
   bool is_watching_ = false;
 };
-
 }  // namespace detail
 }  // namespace tapestry

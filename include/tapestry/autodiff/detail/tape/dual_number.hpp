@@ -4,7 +4,6 @@
 #include <utility>
 
 namespace tapestry {
-
 /// A number that carries its derivatives in N directions through every function that Variable has: forward
 /// mode, for functions of few inputs, with no tape and no memory.
 ///
@@ -89,7 +88,6 @@ template <class T, std::size_t N, class Tag>
 }
 
 namespace detail {
-
 /// A dual with each of its numbers changed by f.
 template <class To, DualNumber D, class F>
 [[nodiscard]] constexpr To changed(const D& x, F f) {
@@ -218,9 +216,8 @@ template <class Operation, class T, std::size_t N, class Tag, class Slope>
   return {value, tangents};
 }
 
-/// Slope of an operation, given x and f(x). Where x is a dual, the slope's derivative
-/// is the operation's curvature(x, f, slope), if it has one because partial() would
-/// cancel; else partial() of duals.
+/// Slope of an operation, given x and f(x). Where x is a dual, the slope's derivative is the operation's
+/// curvature(x, f, slope), if it has one because partial() would cancel; else partial() of duals.
 template <class Operation, class T>
 [[nodiscard, gnu::always_inline]] constexpr auto slope_of(const T& x, const T& f) {
   if constexpr (DualNumber<T> && requires { Operation::curvature(x.value(), f.value(), f.value()); }) {

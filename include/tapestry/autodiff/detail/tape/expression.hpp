@@ -3,7 +3,6 @@
 #include <tapestry/autodiff/detail/tape/operand_counts.hpp>
 
 namespace tapestry {
-
 /// A Variable, or a formula of Variables and numbers that has not been assigned to one yet.
 /// It has value(), is_active(), and push(factor, sink), which hands factor · (partial derivative by v) to
 /// the sink for each variable v in it, at most operand_bound times.
@@ -55,7 +54,6 @@ X operator--(X& x, int) {
 }
 
 namespace detail {
-
 template <class X, class T>
 concept ConvertibleDual = DualNumber<X> && std::convertible_to<X, T>;
 
@@ -189,6 +187,5 @@ class Binary {
   Y y_;
   T value_;
 };
-
 }  // namespace detail
 }  // namespace tapestry

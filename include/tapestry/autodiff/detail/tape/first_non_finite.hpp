@@ -3,7 +3,6 @@
 #include <tapestry/autodiff/detail/tape/tape_state.hpp>
 
 namespace tapestry {
-
 /// Names, while it lives, statements of the tape that made it for Tape::first_non_finite().
 template <class T>
 class LabelScope {
@@ -20,7 +19,6 @@ class LabelScope {
 };
 
 namespace detail {
-
 /// The first statement with a watched value or a partial derivative that is not finite.
 template <class T>
 [[nodiscard]] std::optional<NonFinite> first_non_finite(const TapeState<T>& state) {
@@ -33,8 +31,7 @@ template <class T>
   return first;
 }
 
-/// Products 0 · ∞ and 0 · NaN of adjoints and partial derivatives that the
-/// last reverse sweep took as 0.
+/// Products 0 · ∞ and 0 · NaN of adjoints and partial derivatives that the last reverse sweep took as 0.
 template <class T>
 [[nodiscard]] ZeroProducts zero_products(const TapeState<T>& state) {
   ZeroProducts found;
@@ -47,6 +44,5 @@ template <class T>
   if (found.count > 0) found.label = state.label_of(found.statement);
   return found;
 }
-
 }  // namespace detail
 }  // namespace tapestry

@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/detail/tape/numeric_limits.hpp>
 
 namespace tapestry::detail {
-
 /// Two operands that make a formula: both expressions, or one of them and a constant.
 template <class X, class Y>
 concept ExpressionOperands = (ScalarExpression<X> && ScalarExpression<Y>) ||
@@ -121,5 +120,4 @@ template <Differentiable X>
     return value_of<Base<X>>(x);
   }
 }
-
 }  // namespace tapestry::detail

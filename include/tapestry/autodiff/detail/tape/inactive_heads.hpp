@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/detail/tape/tape_memory.hpp>
 
 namespace tapestry::detail {
-
 // State with one copy a program is visible everywhere ([[gnu::visibility("default")]]), even if a shared
 // library hides its symbols: functions of one library may replace another's, and need the same tape.
 
@@ -34,5 +33,4 @@ template <class T>
       "an operation on an active variable needs an active tape: keep the result of "
       "Tape::activate() alive on this thread");
 }
-
 }  // namespace tapestry::detail

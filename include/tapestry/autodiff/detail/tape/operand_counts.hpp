@@ -4,7 +4,6 @@
 #include <utility>
 
 namespace tapestry::detail {
-
 /// Partial derivatives known to the compiler: a statement keeps no number for them. An operation whose
 /// partial derivative is always 1 or −1 declares a type Slope, or SlopeX and SlopeY.
 struct One {};
@@ -112,5 +111,4 @@ template <class E, class Factor, class Sink>
     expression.push(as_number<typename E::ExpressionScalar>(factor), sink);
   }
 }
-
 }  // namespace tapestry::detail

@@ -2,7 +2,6 @@
 #include <tapestry/core/platform/memory.hpp>
 
 namespace tapestry::detail {
-
 /// Owner of memory that allocate_pages() returns.
 using PageMemory = std::unique_ptr<std::byte, platform::FreePages>;
 
@@ -14,5 +13,4 @@ using PageMemory = std::unique_ptr<std::byte, platform::FreePages>;
   size = (size + alignment - 1) / alignment * alignment;
   return {static_cast<std::byte*>(platform::allocate_pages(size)), platform::FreePages{size}};
 }
-
 }  // namespace tapestry::detail

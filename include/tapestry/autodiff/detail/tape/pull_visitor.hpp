@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/detail/tape/statement.hpp>
 
 namespace tapestry::detail {
-
 /// Passes the adjoints of statements on to their operands, as StatementWalk finds them: each adds
 /// adjoint · partial to the adjoint of an operand. A zero adjoint passes nothing on, not even through an
 /// infinite partial.
@@ -100,5 +99,4 @@ struct PullVisitor {
     Word held_operand_ = 0;
   };
 };
-
 }  // namespace tapestry::detail

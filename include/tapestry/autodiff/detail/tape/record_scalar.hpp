@@ -12,7 +12,6 @@ struct CarriesTangents {
 };
 
 namespace detail {
-
 /// An input that a record keeps, so that its pullback finds the input's adjoint.
 template <class T>
 struct InputSlot {
@@ -204,5 +203,4 @@ requires(!std::same_as<Value, T>) Variable<T> record_scalar(const Value& value, 
                 "number is a constant");
   return T(value);
 }
-
 }  // namespace tapestry

@@ -6,7 +6,6 @@
 #include <tapestry/core/instruction_set.hpp>
 
 namespace tapestry::detail {
-
 /// Adjoints of all statements; keeps its memory from sweep to sweep.
 template <class T>
 class AdjointMemory {
@@ -135,5 +134,4 @@ class ReverseSweep {
     sweep<true>(run, adjoints, pull_back);
   }
 };
-
 }  // namespace tapestry::detail

@@ -11,7 +11,6 @@
 #endif
 
 namespace tapestry {
-
 template <class T, std::size_t N, class Tag>
 class Dual;
 
@@ -35,7 +34,6 @@ template <class T>
 concept Scalar = std::floating_point<T> || DualNumber<T>;
 
 namespace detail {
-
 /// Whether T is a Scalar: for static_assert, whose message would otherwise explain the concept, too.
 template <class T>
 inline constexpr bool is_scalar = Scalar<T>;
@@ -169,6 +167,5 @@ template <class Operation>
 concept SkipsZero = requires {
   Operation::skips_zero;
 };
-
 }  // namespace detail
 }  // namespace tapestry

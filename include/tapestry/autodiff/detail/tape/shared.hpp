@@ -2,7 +2,6 @@
 #include <tapestry/core/error.hpp>
 
 namespace tapestry::detail {
-
 /// Counted reference to a T that make() makes, or to none. It has only the parts of std::shared_ptr that a
 /// tape needs; that header is larger than all that a tape includes.
 template <class T>
@@ -78,5 +77,4 @@ class ThreadClaim {
   const void* holder_ = nullptr;
   std::size_t count_ = 0;
 };
-
 }  // namespace tapestry::detail

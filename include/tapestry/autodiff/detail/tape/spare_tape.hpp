@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/variable.hpp>
 
 namespace tapestry::detail {
-
 /// A tape and its inputs for the length of a call, in memory that an earlier call on this thread has left:
 /// fresh pages can cost more than the statements on them. Each nested call has its own. Memory of tapes that
 /// held arrays, or of more than 128 MiB with adjoints, is not left. Not for destructors of objects of static
@@ -53,5 +52,4 @@ class SpareTape {
 
   Held held_;
 };
-
 }  // namespace tapestry::detail

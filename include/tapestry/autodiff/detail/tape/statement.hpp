@@ -5,7 +5,6 @@
 #include <cstring>
 
 namespace tapestry::detail {
-
 /// Place where a variable was recorded: the index of its statement, and the generation of statements on the
 /// tape. Index 0 means nowhere: the variable is passive. It is one number, so that it is copied and compared
 /// as one.
@@ -159,5 +158,4 @@ template <class T, class Visit>
   for (std::size_t i = 0; i < counts.minus; ++i) visit(*operand++, T(-1));
   return words;
 }
-
 }  // namespace tapestry::detail

@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/detail/tape/statement.hpp>
 
 namespace tapestry::detail {
-
 /// Visits the statements of one piece of a tape, the last one first. Each frequent kind has its own code,
 /// with constant counts, which continues while statements are of that kind.
 ///
@@ -108,5 +107,4 @@ class StatementWalk {
     visitor.pull(counts, words);
   }
 };
-
 }  // namespace tapestry::detail

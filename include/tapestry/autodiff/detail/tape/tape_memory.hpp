@@ -5,7 +5,6 @@
 #include <vector>
 
 namespace tapestry::detail {
-
 /// Place of a tape's next statement. One without memory has no room.
 struct WriteHead {
   static constexpr std::size_t usual_words = 64;  ///< most words of a usual statement
@@ -243,5 +242,4 @@ void visit_operands(const TapeMemory& memory, Visit visit) {
                                 [&](std::size_t, const T& partial) { visit(i, partial); });
   });
 }
-
 }  // namespace tapestry::detail

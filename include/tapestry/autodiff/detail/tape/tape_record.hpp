@@ -47,7 +47,6 @@ class TapeRecord {
 };
 
 namespace detail {
-
 /// An object that is kept on a tape for others, as long as the tape lives.
 struct TapeAttachment {
   virtual ~TapeAttachment() = default;
@@ -61,6 +60,5 @@ struct HeldRecord {
   TapeRecord<T>* record;
   std::size_t results;  ///< statements behind it that are its results
 };
-
 }  // namespace detail
 }  // namespace tapestry

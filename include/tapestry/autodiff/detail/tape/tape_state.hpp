@@ -7,7 +7,6 @@
 #include <tapestry/autodiff/detail/tape/tape_record.hpp>
 
 namespace tapestry::detail {
-
 /// A place on the tape; see Tape::mark().
 struct TapePosition {
   TapeMemory::Place place;
@@ -269,5 +268,4 @@ class TapeState : public TapeDiagnosis {
   std::size_t root_ = 0;  // of the last sweep
   bool is_sweeping_ = false;
 };
-
 }  // namespace tapestry::detail

@@ -4,7 +4,6 @@
 #include <tapestry/autodiff/detail/tape/page_memory.hpp>
 
 namespace tapestry::detail {
-
 /// Adjoints of all statements, Width of each, for a sweep that goes down from the last one.
 ///
 /// All of them together can be much larger than the caches, while most statements read values that were
@@ -155,5 +154,4 @@ requires(Width > 0 && (Width & (Width - 1)) == 0) class VectorAdjoints {
   std::size_t top_ = 0;       // the block that the sweep is in
   std::size_t size_ = 0;
 };
-
 }  // namespace tapestry::detail

@@ -5,7 +5,6 @@
 #include <tapestry/autodiff/detail/tape/vector_adjoints.hpp>
 
 namespace tapestry::detail {
-
 /// Runs the pullbacks of a tape's records in a sweep of several roots: one root after the other, each with
 /// adjoints of its own, which are copied out of the vectors and back. Array adjoints are in lanes from 1 on.
 template <std::floating_point T, std::size_t Width>
@@ -150,5 +149,4 @@ class VectorSweep {
                                         visitor);
   }
 };
-
 }  // namespace tapestry::detail

@@ -4,7 +4,6 @@
 #include <tapestry/autodiff/detail/tape/tape_state.hpp>
 
 namespace tapestry::detail {
-
 /// Writes general operands behind the head of a tape, without checking where they were recorded.
 template <class T>
 class PairSink {
@@ -193,5 +192,4 @@ template <class E>
   if (!link.is_active()) [[unlikely]]
     throw_deferred();
 }
-
 }  // namespace tapestry::detail

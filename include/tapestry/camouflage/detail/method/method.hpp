@@ -3,7 +3,6 @@
 #include <tapestry/camouflage/shape_parameter.hpp>
 
 namespace tapestry::camouflage {
-
 /// The differences between ways of making a camouflage for the same car, detector and budget: which texels
 /// are painted, by what, within which colours, whether the car is to be missed or attention scattered, and
 /// whether the shape is optimised, too. The default is FCA: each texel for itself, in any colour, to be
@@ -103,5 +102,4 @@ void require_atlas(const std::string& method, const raster::PaintedMesh& car);
 /// car keeps its own colours.
 template <std::floating_point T>
 [[nodiscard]] Method<T> paint_panels(const raster::PaintedMesh& car, const std::vector<PanelTexel>& texels);
-
 }  // namespace tapestry::camouflage

@@ -3,7 +3,6 @@
 #include <tapestry/image/transform/chain.hpp>
 
 namespace tapestry::camouflage {
-
 template <std::floating_point T>
 void require_sound(const Method<T>& method) {
   if (method.greatest.shape() != method.least.shape())
@@ -108,5 +107,4 @@ Method<T> paint_panels(const raster::PaintedMesh& car, const std::vector<PanelTe
   method.elsewhere = own_colours<T>(car);
   return method;
 }
-
 }  // namespace tapestry::camouflage

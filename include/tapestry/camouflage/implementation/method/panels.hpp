@@ -3,7 +3,6 @@
 
 namespace tapestry::camouflage {
 namespace detail {
-
 /// The box around the painted faces. A place in it is (a, b, h): a from −1 at the rear to 1 at the front, b
 /// from −1 on the right to 1 on the left, h from 0 below to 1 on top.
 class PaintedBox {
@@ -48,7 +47,6 @@ class PaintedBox {
   if (panel == Panel::right_doors) return {x[0], x[2]};
   return {-x[1], x[0]};
 }
-
 }  // namespace detail
 
 void require_atlas(const std::string& method, const raster::PaintedMesh& car) {
@@ -94,5 +92,4 @@ std::vector<PanelTexel> panel_texels(const std::string& method, const raster::Pa
                 {"the method ", method, " paints roof, hood and doors, of which no painted face is one"});
   return texels;
 }
-
 }  // namespace tapestry::camouflage

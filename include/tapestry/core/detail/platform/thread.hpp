@@ -4,7 +4,6 @@
 #endif
 
 namespace tapestry::platform {
-
 /// Number of times that the system has taken the processor from the calling thread; −1 where it keeps none.
 [[nodiscard]] inline long interruptions_of_thread() {
 #if defined(RUSAGE_THREAD)
@@ -13,5 +12,4 @@ namespace tapestry::platform {
 #endif
   return -1;
 }
-
 }  // namespace tapestry::platform

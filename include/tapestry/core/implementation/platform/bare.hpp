@@ -7,7 +7,6 @@
 /// The form for a system that is neither POSIX nor Windows, such as a web page: C++'s own files, which cannot
 /// be locked.
 namespace tapestry::platform {
-
 inline std::FILE* file_of(std::intptr_t handle) { return reinterpret_cast<std::FILE*>(handle); }
 inline int failure_of(bool fails) { return fails ? errno : 0; }
 
@@ -68,5 +67,4 @@ std::uint64_t machine_memory() { return 0; }
 void limit_memory(std::uint64_t, std::uint64_t) {}
 bool is_error_stream_a_terminal() { return false; }
 void open_standard_streams() {}
-
 }  // namespace tapestry::platform

@@ -15,7 +15,6 @@
 #endif
 
 namespace tapestry::platform {
-
 /// Calls until no signal interrupts the call.
 template <class Call>
 auto uninterrupted(Call call) {
@@ -196,5 +195,4 @@ int silence_standard_streams() {
 }
 
 void print_to(int descriptor, const std::string& text) { ::dprintf(descriptor, "%s", text.c_str()); }
-
 }  // namespace tapestry::platform

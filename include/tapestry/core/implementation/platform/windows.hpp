@@ -18,7 +18,6 @@
 #include <tapestry/core/platform.hpp>
 
 namespace tapestry::platform {
-
 inline int last_failure() {
   const auto condition = std::system_category().default_error_condition(static_cast<int>(::GetLastError()));
   return condition.category() == std::generic_category() ? condition.value() : EIO;
@@ -192,5 +191,4 @@ void open_standard_streams() {
   ::_setmode(2, _O_BINARY);
   ::SetConsoleOutputCP(CP_UTF8);
 }
-
 }  // namespace tapestry::platform

@@ -2,7 +2,6 @@
 #include <tapestry/detect/detector_description.hpp>
 
 namespace tapestry::detect::detail {
-
 [[nodiscard]] inline FileError other_kind(const std::string& path, const DetectorDescription& kind,
                                           const std::string& what, const std::string& expected,
                                           const std::string& found) {
@@ -70,5 +69,4 @@ void require_as_described(const OutputClaim& claim, const DecodedOutputs& output
              "a whole number from 0 to " + std::to_string(outputs.classes - 1));
   }
 }
-
 }  // namespace tapestry::detect::detail

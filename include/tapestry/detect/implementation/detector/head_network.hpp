@@ -5,7 +5,6 @@
 #include <tapestry/nn/network/staged_network.hpp>
 
 namespace tapestry::detect::detail {
-
 /// Checks the extents of decoded outputs, each [1, N, channels], or [1, channels, N] where channels are
 /// first.
 /// \throws FileError (mismatch) naming the output
@@ -151,5 +150,4 @@ template <std::floating_point T, class Show>
     return nn::Network<T>(show(true), inputs, true, simplifies);
   }
 }
-
 }  // namespace tapestry::detect::detail

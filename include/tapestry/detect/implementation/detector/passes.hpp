@@ -5,7 +5,6 @@
 
 namespace tapestry::detect {
 namespace detail {
-
 /// Number of passes to run side by side, each on a thread: 1, except for a batch that can be dealt out evenly
 /// and a small network, whose layers are too short for threads to share.
 template <std::floating_point T>
@@ -22,7 +21,6 @@ void for_each_in_lanes(std::size_t lanes, std::size_t count, Body body) {
     for (std::size_t n = lane; n < count; n += lanes) body(lane, n);
   });
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -274,5 +272,4 @@ void Detector<T>::pull_back_layer(Pass<T>& pass, std::size_t layer, std::size_t 
   output_adjoints[head_output_count() + layer] = of_all.data();
   pull_back_one(pass, image / each, output_adjoints, &images_adjoint, nullptr);
 }
-
 }  // namespace tapestry::detect

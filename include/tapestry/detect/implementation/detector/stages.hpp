@@ -9,7 +9,6 @@
 
 namespace tapestry::detect {
 namespace detail {
-
 /// Extents of a network's outputs; of one in stages at a first picture, with room for all candidates.
 template <std::floating_point T>
 [[nodiscard]] std::vector<nn::Shape> first_shapes(const nn::Network<T>& network,
@@ -45,7 +44,6 @@ void take_candidates(const nn::StagedPass<T>& one, const nn::Shape& shape, T* lo
     std::fill_n(to + count, room - count, c < box ? T(0) : static_cast<T>(std::log(least / (1 - least))));
   }
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -101,5 +99,4 @@ const T* Detector<T>::output_values(const Pass<T>& pass, std::size_t n, std::siz
                       " for this picture and ", shapes_[output], " for another"});
   return one.output(output);
 }
-
 }  // namespace tapestry::detect

@@ -3,7 +3,6 @@
 #include <tapestry/nn/network/program_builder.hpp>
 
 namespace tapestry::detect::detail {
-
 /// Goes from a value back through the first operands of nodes that pick, move or scale values.
 class PickedValue {
  public:
@@ -40,8 +39,7 @@ class PickedValue {
   bool was_joined_ = false;
 };
 
-/// Width and height that a network resizes its picture to before its first
-/// convolution; 0 if it does not.
+/// Width and height that a network resizes its picture to before its first convolution; 0 if it does not.
 [[nodiscard]] inline std::array<double, 2> inner_extent(const nn::NetworkDescription& network,
                                                         const std::map<std::string, nn::Shape>& inputs) {
   const auto is_first = [](const nn::Node& node) {
@@ -120,5 +118,4 @@ class TorchvisionExport {
   const nn::NetworkDescription& network_;
   std::optional<PickedValue> boxes_{}, scores_{}, labels_{};
 };
-
 }  // namespace tapestry::detect::detail

@@ -3,7 +3,6 @@
 
 namespace tapestry::detect {
 namespace detail {
-
 std::string to_text(const FeatureShape& shape) {
   return "[" + std::to_string(shape.channels) + ", " + std::to_string(shape.height) + ", " +
          std::to_string(shape.width) + "]";
@@ -213,7 +212,6 @@ inline void require_addable(const NetworkConfig& config, std::size_t index, cons
   }
   return shape;
 }
-
 }  // namespace detail
 
 std::vector<FeatureShape> infer_shapes(const NetworkConfig& config, std::size_t height, std::size_t width) {
@@ -238,5 +236,4 @@ std::vector<FeatureShape> infer_shapes(const NetworkConfig& config, std::size_t 
   }
   return shapes;
 }
-
 }  // namespace tapestry::detect

@@ -4,7 +4,6 @@
 #include <vector>
 
 namespace tapestry::evaluate {
-
 struct XmlElement {
   std::string name{};
   std::string text{};  ///< text of the element itself, without blanks around it
@@ -26,7 +25,6 @@ struct XmlElement {
 };
 
 namespace detail {
-
 /// Reads the part of XML that labels use: elements, text, the five named entities, comments and the
 /// declaration. Attributes are skipped.
 class XmlReader {
@@ -167,7 +165,6 @@ class XmlReader {
   const std::string& path_;
   std::size_t at_ = 0, line_ = 1;
 };
-
 }  // namespace detail
 
 /// Reads the XML of picture labels, a part of XML: elements of up to 16 levels, text with the five named
@@ -179,5 +176,4 @@ class XmlReader {
 [[nodiscard]] inline XmlElement parse_xml(std::string_view text, const std::string& path) {
   return detail::XmlReader(text, path).read();
 }
-
 }  // namespace tapestry::evaluate

@@ -7,7 +7,6 @@
 
 namespace tapestry::evaluate {
 namespace detail {
-
 /// One entry of a list of COCO's, whose members are read by name and type.
 class CocoEntry {
  public:
@@ -183,12 +182,10 @@ class CocoReader {
   Dataset dataset_;
   IndexOfId class_of_, picture_of_;
 };
-
 }  // namespace detail
 
 Dataset parse_coco(std::string_view text, const std::string& path, const std::string& images) {
   const io::JsonText json = io::read_json(text, path);
   return detail::CocoReader(json, path, images).read();
 }
-
 }  // namespace tapestry::evaluate

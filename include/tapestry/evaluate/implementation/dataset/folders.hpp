@@ -6,7 +6,6 @@
 
 namespace tapestry::evaluate {
 namespace detail {
-
 /// The label file of a picture: beside it, or in the path with its last folder `images` replaced by `labels`.
 /// \returns empty if there is no such file
 [[nodiscard]] inline std::string yolo_label_path(const std::string& picture) {
@@ -112,7 +111,6 @@ inline void number_classes(Dataset& dataset, const std::vector<std::vector<std::
     for (std::size_t i = 0; i < names[p].size(); ++i)
       dataset.pictures[p].objects[i].class_index = index_of.at(names[p][i]);
 }
-
 }  // namespace detail
 
 std::vector<LabelledObject> parse_yolo_labels(std::string_view text, const std::string& path,
@@ -247,5 +245,4 @@ Dataset read_voc(const std::string& folder, const std::string& images) {
   detail::number_classes(dataset, names);
   return dataset;
 }
-
 }  // namespace tapestry::evaluate

@@ -2,7 +2,6 @@
 #include <tapestry/image/transform/colour_change.hpp>
 
 namespace tapestry::image {
-
 /// A Gaussian blur, as of a lens out of focus; with unequal deviations roughly the blur of a moving camera.
 struct Blur {
   double across_px = 0;  ///< standard deviation along rows, at most 64
@@ -54,10 +53,8 @@ struct JpegCompression {
 };
 
 namespace detail {
-
 void require_sound(const SensorNoise& noise);
 void require_sound(const JpegCompression& jpeg);
-
 }  // namespace detail
 
 /// The picture after compression and decompression.
@@ -75,5 +72,4 @@ template <std::floating_point T>
 template <std::floating_point T>
 void transformed_adjoint(const Array<T, 3>& picture, const JpegCompression& jpeg,
                          const Array<T, 3>& out_adjoint, Array<T, 3>& picture_adjoint);
-
 }  // namespace tapestry::image

@@ -4,7 +4,6 @@
 #include <cstddef>
 
 namespace tapestry::image {
-
 /// A 3 × 3 matrix of rows: of colours, or of homogeneous coordinates.
 template <std::floating_point T>
 using Matrix3 = std::array<std::array<T, 3>, 3>;
@@ -54,5 +53,4 @@ template <std::floating_point T>
   const double determinant = m[0][0] * all[0][0] + m[0][1] * all[1][0] + m[0][2] * all[2][0];
   return scaled<double>(all, 1 / determinant);
 }
-
 }  // namespace tapestry::image

@@ -4,7 +4,6 @@
 #include <type_traits>
 
 namespace tapestry::image {
-
 /// A user's transformation of pictures: a type with two functions in its own namespace, as each
 /// transformation here has, for float and double:
 ///
@@ -99,5 +98,4 @@ void transformed_adjoint(const Array<T, 3>& picture, const Own& own, const Array
                          Array<T, 3>& picture_adjoint) {
   own.add_adjoint(picture, out_adjoint, picture_adjoint);
 }
-
 }  // namespace tapestry::image

@@ -6,7 +6,6 @@
 #include <tapestry/image/detail/transform/matrix3.hpp>
 
 namespace tapestry::image {
-
 /// A picture seen through another homography: by a camera that was turned or zoomed about its place, or moved
 /// by any affine map. Coordinates are half widths of the picture from its middle, x to the right and y down,
 /// so that one warp serves pictures of any size.
@@ -54,5 +53,4 @@ template <std::floating_point T>
 template <std::floating_point T>
 void transformed_adjoint(const Array<T, 3>& picture, const Warp& warp, const Array<T, 3>& out_adjoint,
                          Array<T, 3>& picture_adjoint);
-
 }  // namespace tapestry::image

@@ -4,7 +4,6 @@
 
 namespace tapestry::image {
 namespace detail {
-
 /// Weights of the samples −r … r around a pixel, r = ⌈3σ⌉; their sum is 1.
 inline std::vector<double> gaussian_weights(double deviation_px) {
   if (!(deviation_px >= 0 && deviation_px <= 64))
@@ -106,7 +105,6 @@ void for_each_with_noise(const Extents<3>& extents, std::uint64_t seed, Visit vi
     for (std::size_t i = y * row; i < (y + 1) * row; ++i) visit(i, near_normal(random.bits()));
   });
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -151,5 +149,4 @@ void transformed_adjoint(const Array<T, 3>& picture, const SensorNoise& noise, c
     picture_adjoint.data()[i] += slope * out_adjoint.data()[i];
   });
 }
-
 }  // namespace tapestry::image

@@ -4,7 +4,6 @@
 
 namespace tapestry::image {
 namespace detail {
-
 /// Factors of a pixel's encoded channels.
 class LightFactors {
  public:
@@ -41,7 +40,6 @@ class LightFactors {
   double across_, down_, middle_x_, middle_y_;
   std::array<double, 3> gain_{};
 };
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -135,5 +133,4 @@ ArrayVariable<T, 4> transformed(const ArrayVariable<T, 4>& pictures,
   };
   return record_array(std::move(out), pullback, pictures);
 }
-
 }  // namespace tapestry::image

@@ -4,7 +4,6 @@
 
 namespace tapestry::image {
 namespace detail {
-
 /// Uniform in ±range; draws once, whatever the range, so that one range does not change other draws.
 inline double either_way(Random& random, double range) { return random.uniform(-1, 1) * range; }
 
@@ -32,7 +31,6 @@ void require_sound(const JpegCompression& jpeg) {
   if (jpeg.quality < 1 || jpeg.quality > 100)
     throw DomainError({"JPEG: quality ", jpeg.quality, " is not 1 to 100"});
 }
-
 }  // namespace detail
 
 ColourChange contrast_and_saturation(double contrast, double saturation) {
@@ -144,5 +142,4 @@ ColourChange draw_print(const Conditions& conditions, Random random) {
   print.offset.fill(black);
   return print;
 }
-
 }  // namespace tapestry::image

@@ -5,7 +5,6 @@
 
 namespace tapestry::image {
 namespace detail {
-
 using JpegTable = std::array<std::array<int, 8>, 8>;
 
 inline constexpr JpegTable jpeg_luma_table{{{16, 11, 10, 16, 24, 40, 51, 61},
@@ -228,7 +227,6 @@ JpegPlanes<T> adjoints_of_planes(const JpegPlanes<T>& before, const JpegCompress
   });
   return adjoints;
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -262,5 +260,4 @@ void transformed_adjoint(const Array<T, 3>& picture, const JpegCompression& jpeg
         for (std::size_t c = 0; c < 3; ++c) picture_adjoint.data()[pixel + c] += adjoint[c];
       });
 }
-
 }  // namespace tapestry::image

@@ -4,7 +4,6 @@
 
 namespace tapestry::image {
 namespace detail {
-
 /// The four pixels that a warped pixel is mixed from.
 struct WarpTap {
   std::array<std::size_t, 4> pixel;
@@ -51,7 +50,6 @@ class WarpRow {
   double middle_x_;
   std::array<double, 3> start_{}, step_{};
 };
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -90,5 +88,4 @@ void transformed_adjoint(const Array<T, 3>& picture, const Warp& warp, const Arr
     }
   }
 }
-
 }  // namespace tapestry::image

@@ -2,7 +2,6 @@
 #include <tapestry/io/detail/darknet/section.hpp>
 
 namespace tapestry::io::detail {
-
 inline constexpr std::int64_t any_count = std::int64_t(1) << 31U;
 
 [[nodiscard]] inline nn::Activation parse_activation(SectionReader& reader, nn::Activation fallback) {
@@ -184,5 +183,4 @@ inline void parse_softmax(SectionReader& reader, detect::LayerConfig& layer) {
   if (!is_known) throw unsupported_section(path, reader);
   return layer;
 }
-
 }  // namespace tapestry::io::detail

@@ -170,5 +170,4 @@ class SectionReader {
   std::string path_;
   CfgSection& section_;
 };
-
 }  // namespace tapestry::io::detail

@@ -7,7 +7,6 @@
 #include <unordered_set>
 
 namespace tapestry::io::detail {
-
 /// Words of the current record up to its end, or to a comment, which # begins even within a word.
 class ObjWords {
  public:
@@ -265,5 +264,4 @@ class ObjFaces {
   std::vector<geometry::Vector3> outline_;
   std::size_t first_crossing_ = 0;
 };
-
 }  // namespace tapestry::io::detail

@@ -5,7 +5,6 @@
 #include <tapestry/io/file_source.hpp>
 
 namespace tapestry::io {
-
 /// Place of a tensor's elements outside the file itself.
 struct ExternalReference {
   std::string_view location{};            ///< a path relative to the model's folder
@@ -123,5 +122,4 @@ class ExternalData {
   std::uint64_t byte_budget_;
   std::uint64_t bytes_left_;
 };
-
 }  // namespace tapestry::io

@@ -2,7 +2,6 @@
 #include <tapestry/io/detail/onnx/subgraph.hpp>
 
 namespace tapestry::io {
-
 /// Checks that each value is made once, and sorts the nodes so that each value is made before it is read.
 /// Files should be in this order, but converters to half precision append their Casts at the end. Source:
 /// ONNX, docs/IR.md, Graphs.
@@ -122,7 +121,6 @@ class ValueOrder {
 };
 
 namespace detail {
-
 class GraphReader {
  public:
   GraphReader(const ProtobufMessage& message, nn::NetworkDescription description, const OnnxLimits& limits)
@@ -199,13 +197,11 @@ class GraphReader {
   std::vector<ProtobufMessage> inputs_{};
   std::vector<PlacedNode> nodes_{};
 };
-
 }  // namespace detail
 
 /// Adds the inputs, outputs, constants and nodes of a GraphProto to the description. Initialisers and nodes
 /// Constant become constants. Nodes are sorted so that each follows those whose results it reads. Texts for
-/// people are left out.
-/// Source: onnx.proto, GraphProto.
+/// people are left out. Source: onnx.proto, GraphProto.
 ///
 /// \throws FileError as read_node(), read_tensor(), read_input() and ValueOrder::sorted() do; malformed for
 ///         a graph without nodes, initialisers given twice or kept as sparse tensors; limit
@@ -214,5 +210,4 @@ class GraphReader {
                                                        const OnnxLimits& limits) {
   return detail::GraphReader(message, std::move(description), limits).read();
 }
-
 }  // namespace tapestry::io

@@ -3,7 +3,6 @@
 #include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::io {
-
 struct NamedAttribute {
   std::string name;
   nn::Attribute value;
@@ -15,7 +14,6 @@ struct NamedAttribute {
                                                                 ExternalData& external, OnnxRecords& records);
 
 namespace detail {
-
 /// The fields of AttributeProto that hold a value, and the names of such values, by its field `type` from 1.
 /// Source: onnx.proto, AttributeProto.AttributeType.
 inline constexpr std::array<std::uint32_t, 14> attribute_fields{2, 3,  4,  5,  6,  7,  8,
@@ -114,7 +112,6 @@ class AttributeReader {
   std::int64_t type_ = 0;
   const std::uint32_t* field_ = nullptr;  ///< field of the value, if there is one
 };
-
 }  // namespace detail
 
 /// An AttributeProto: numbers become doubles. Its type may be left out, as in files of the first version.
@@ -140,7 +137,6 @@ struct PlacedNode {
 }
 
 namespace detail {
-
 class NodeReader {
  public:
   NodeReader(ProtobufMessage message, ExternalData& external, OnnxRecords& records)
@@ -201,12 +197,10 @@ class NodeReader {
   std::string_view operation_{};
   std::string_view domain_{};
 };
-
 }  // namespace detail
 
 /// A NodeProto. The name of an operator from another domain than ONNX's own begins with the domain:
-/// "com.microsoft.Gelu".
-/// Source: onnx.proto, NodeProto.
+/// "com.microsoft.Gelu". Source: onnx.proto, NodeProto.
 ///
 /// \param message its place numbers the node
 /// \throws FileError  malformed for a node without operator or output and attributes given twice; as
@@ -216,8 +210,7 @@ class NodeReader {
   return detail::NodeReader(message, external, records).read();
 }
 
-/// The value of a node Constant.
-/// Source: ONNX, docs/Operators.md, Constant.
+/// The value of a node Constant. Source: ONNX, docs/Operators.md, Constant.
 /// \throws FileError (malformed) unless it has exactly one of the supported attributes
 [[nodiscard]] inline nn::Constant constant_of(PlacedNode& placed, const std::string& path) {
   nn::Node& node = placed.node;
@@ -246,5 +239,4 @@ class NodeReader {
   fail("attribute " + in_quotes(name));
   return {};
 }
-
 }  // namespace tapestry::io

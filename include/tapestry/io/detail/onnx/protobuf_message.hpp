@@ -8,7 +8,6 @@
 #include <type_traits>
 
 namespace tapestry::io {
-
 /// The content of a protobuf file, and the file's name for messages.
 struct ProtobufFile {
   std::string path;
@@ -229,5 +228,4 @@ class OnnxRecords {
   std::size_t count_ = 0;
   int depth_ = 0;
 };
-
 }  // namespace tapestry::io

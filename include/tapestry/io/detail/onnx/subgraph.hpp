@@ -3,9 +3,7 @@
 #include <tapestry/io/detail/onnx/node.hpp>
 
 namespace tapestry::io {
-
 namespace detail {
-
 /// Calls visit(ProtobufMessage) for each field with this tag, which holds a message.
 template <class Visit>
 void each_message(const ProtobufMessage& message, std::uint32_t tag, std::string_view field, Visit visit) {
@@ -73,11 +71,9 @@ inline void read_type(ProtobufMessage message, nn::InputDescription& input) {
   }
   if (!is_tensor) message.fail_whole("has no type", "a tensor");
 }
-
 }  // namespace detail
 
-/// A ValueInfoProto of an input.
-/// Source: onnx.proto, ValueInfoProto, TypeProto and TensorShapeProto.
+/// A ValueInfoProto of an input. Source: onnx.proto, ValueInfoProto, TypeProto and TensorShapeProto.
 ///
 /// \throws FileError (malformed)  for a value without name, type or number of axes; for types other than
 ///         tensors of supported elements; for extents below −1; (limit) for 2^48 elements and more
@@ -136,7 +132,6 @@ inline void note_stated_shape(const ProtobufMessage& value, nn::NetworkDescripti
 }
 
 namespace detail {
-
 /// Reads a graph within a node. Its nodes are in order, as the format requires: a value that no earlier node
 /// made is one of the graph around it.
 class SubgraphReader {
@@ -206,12 +201,10 @@ class SubgraphReader {
   std::vector<PlacedNode> nodes_{};
   std::set<std::string> known_{};
 };
-
 }  // namespace detail
 
 inline std::shared_ptr<const nn::Subgraph> read_subgraph(const ProtobufMessage& message,
                                                          ExternalData& external, OnnxRecords& records) {
   return std::make_shared<const nn::Subgraph>(detail::SubgraphReader(message, external, records).read());
 }
-
 }  // namespace tapestry::io

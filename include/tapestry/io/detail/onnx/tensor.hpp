@@ -4,7 +4,6 @@
 #include <tapestry/io/detail/onnx/tensor_elements.hpp>
 
 namespace tapestry::io {
-
 /// A tensor of a file with its name, which may be empty.
 struct NamedConstant {
   std::string name;
@@ -12,7 +11,6 @@ struct NamedConstant {
 };
 
 namespace detail {
-
 struct TensorFields {
   std::string_view name{};
   nn::Shape shape{};
@@ -181,7 +179,6 @@ inline void add_initialiser(const ProtobufMessage& message, ExternalData& extern
   if (!constants.try_emplace(tensor.name, std::move(tensor.constant)).second)
     message.fail_whole("two initialisers " + in_quotes(tensor.name));
 }
-
 }  // namespace detail
 
 /// A TensorProto: extents, type and elements. FLOAT, FLOAT16 and BFLOAT16 become floats, all other types
@@ -193,5 +190,4 @@ inline void add_initialiser(const ProtobufMessage& message, ExternalData& extern
 [[nodiscard]] inline NamedConstant read_tensor(const ProtobufMessage& message, ExternalData& external) {
   return detail::TensorReader(message, external).read();
 }
-
 }  // namespace tapestry::io

@@ -5,7 +5,6 @@
 #include <tapestry/nn/network/tensor.hpp>
 
 namespace tapestry::io {
-
 /// Element types by their numbers in a file; others are known by name only.
 /// Source: onnx.proto, TensorProto.DataType.
 enum class OnnxType : std::int64_t {
@@ -50,7 +49,6 @@ struct OnnxTypeFacts {
 };
 
 namespace detail {
-
 /// A little-endian integer, rounded to the nearest double beyond 2^53.
 template <std::integral Integer>
 [[nodiscard]] double double_from_integer(const std::byte* bytes) {
@@ -188,5 +186,4 @@ inline constexpr const char* supported_onnx_types = "FLOAT, FLOAT16, BFLOAT16, D
   const auto values = facts_of(type).values;
   return values == nullptr ? ConstantValues() : values(bytes, count);
 }
-
 }  // namespace tapestry::io

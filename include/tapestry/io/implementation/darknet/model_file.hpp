@@ -6,7 +6,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
 /// The cfg to use with a converted detector: its own, or the given one, which should be equal.
 [[nodiscard]] inline detect::NetworkConfig config_for(const DetectorMetadata& metadata,
                                                       const std::string& weights, const std::string& cfg,
@@ -44,7 +43,6 @@ template <std::floating_point T>
     loaded.warnings.insert(loaded.warnings.end(), more.begin(), more.end());
   return loaded;
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -89,5 +87,4 @@ LoadedModel<T> read_classifier(const std::string& cfg, const std::string& weight
                                std::size_t input_width) {
   return detail::with_weights<T>(read_classifier_config(cfg), weights, input_height, input_width);
 }
-
 }  // namespace tapestry::io

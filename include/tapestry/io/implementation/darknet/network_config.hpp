@@ -1,12 +1,10 @@
 #pragma once
-#include <map>
 #include <tapestry/io/darknet/model_file.hpp>
 #include <tapestry/io/detail/darknet/layer_parsing.hpp>
 #include <tapestry/io/text_lines.hpp>
 
 namespace tapestry::io {
 namespace detail {
-
 /// Options of any section for Darknet's training of its layer, with spaces between.
 inline constexpr std::string_view layer_training_keys =
     "stopbackward onlyforward train_only_bn learning_rate learning_rate_scale";
@@ -155,7 +153,6 @@ detect::NetworkConfig parse_cfg(std::string_view text, const std::string& name) 
   }
   return config;
 }
-
 }  // namespace detail
 
 detect::NetworkConfig parse_network_config(std::string_view text, const std::string& name) {
@@ -169,5 +166,4 @@ detect::NetworkConfig parse_classifier_config(std::string_view text, const std::
   detect::check_classifier(config);
   return config;
 }
-
 }  // namespace tapestry::io

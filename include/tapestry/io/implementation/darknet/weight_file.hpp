@@ -5,7 +5,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
 detect::ParameterLayout layout_of(const detect::NetworkConfig& config, std::size_t input_height,
                                   std::size_t input_width) {
   return detect::parameter_layout(
@@ -125,7 +124,6 @@ inline void remark_on_block(const detect::NetworkConfig& config, const detect::P
   if (!remark.empty() && warnings.size() < 100)
     warnings.push_back(describe(config, block) + ": " + remark + "; are these the weights of another cfg?");
 }
-
 }  // namespace detail
 
 WeightFile read_weight_file(const std::string& path, const detect::NetworkConfig& config,
@@ -179,5 +177,4 @@ void write_weight_file(const std::string& path, std::uint64_t images_seen,
     write_file_atomically(path, {header, std::as_bytes(std::span(parameters.data(), parameters.size()))});
   }
 }
-
 }  // namespace tapestry::io

@@ -4,7 +4,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
 class ModelReader {
  public:
   ModelReader(const ProtobufFile& file, const OnnxLimits& limits)
@@ -139,7 +138,6 @@ inline void require_replaceable(const ProtobufMessage& tensor, const ElementSpan
   if (span.bytes.size() != count * sizeof(float))
     refuse(std::to_string(count) + " elements", std::to_string(span.bytes.size() / sizeof(float)));
 }
-
 }  // namespace detail
 
 nn::NetworkDescription parse_onnx(std::string_view bytes, const std::string& path, const OnnxLimits& limits) {
@@ -218,5 +216,4 @@ std::string with_weights(std::string_view bytes, const std::string& path, const 
                            "an initialiser or a node Constant with a tensor", "none of that name"});
   return replaced;
 }
-
 }  // namespace tapestry::io

@@ -6,7 +6,6 @@
 
 namespace tapestry::io {
 namespace detail {
-
 /// Writes the messages of onnx.proto, by the numbers of their fields.
 class OnnxEncoder {
  public:
@@ -189,7 +188,6 @@ class OnnxEncoder {
   const nn::NetworkDescription& network_;
   const std::map<std::string, nn::Shape>& output_shapes_;
 };
-
 }  // namespace detail
 
 std::string onnx_bytes(const nn::NetworkDescription& network,
@@ -201,5 +199,4 @@ void write_onnx(const std::string& path, const nn::NetworkDescription& network,
                 const std::map<std::string, nn::Shape>& output_shapes) {
   write_file_atomically(path, std::string_view(onnx_bytes(network, output_shapes)));
 }
-
 }  // namespace tapestry::io

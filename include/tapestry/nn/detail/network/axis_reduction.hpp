@@ -4,7 +4,6 @@
 #include <tapestry/nn/network/tensor.hpp>
 
 namespace tapestry::nn {
-
 /// Steps in memory between neighbours along each axis, in row-major order.
 [[nodiscard]] inline std::vector<std::ptrdiff_t> strides_of(const Shape& shape) {
   std::vector<std::ptrdiff_t> strides(shape.size());
@@ -246,5 +245,4 @@ void sum_to(const AxisReduction& plan, const T* from, double scale, bool is_unin
     to[place] = static_cast<T>(scale * sum) + (is_uninitialised ? T(0) : to[place]);
   });
 }
-
 }  // namespace tapestry::nn

@@ -4,7 +4,6 @@
 #include <tapestry/nn/pointwise.hpp>
 
 namespace tapestry::nn {
-
 /// The common extents of two tensors. Axes are counted from the last one; an axis of extent 1, or a missing
 /// one, is repeated. Source: onnx.ai, Broadcasting.
 /// \throws ShapeError naming both if they do not go together
@@ -86,5 +85,4 @@ void repeat(const LoopNest<2>& nest, const T* from, T* to) {
     }
   });
 }
-
 }  // namespace tapestry::nn

@@ -3,7 +3,6 @@
 #include <tapestry/nn/detail/network/plan_budget.hpp>
 
 namespace tapestry::nn {
-
 /// Nodes that take the place of one, and the constants that they read.
 struct Decomposition {
   std::vector<Node> nodes{};
@@ -180,5 +179,4 @@ struct Decomposable {
 
 /// Operators that are made of others, by their names.
 [[nodiscard]] const std::map<std::string, Decomposable, std::less<>>& decompositions();
-
 }  // namespace tapestry::nn

@@ -4,7 +4,6 @@
 #include <tapestry/nn/pointwise.hpp>
 
 namespace tapestry::nn {
-
 /// Extents of a tensor [N, C, H, W] that is stored channels last, and back; of other ranks the same.
 [[nodiscard]] inline Shape stored_shape(const Shape& logical) {
   return logical.size() == 4 ? Shape{logical[0], logical[2], logical[3], logical[1]} : logical;
@@ -91,5 +90,4 @@ class LayoutConversion : public Operation<T> {
   std::size_t images_, channels_, pixels_;
   bool to_last_;
 };
-
 }  // namespace tapestry::nn

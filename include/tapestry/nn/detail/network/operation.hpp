@@ -3,7 +3,6 @@
 #include <tapestry/nn/network/tensor.hpp>
 
 namespace tapestry::nn {
-
 /// State of one operation in one pass, kept from forward to adjoint beside its operands and results.
 template <std::floating_point T>
 struct OperationState {
@@ -117,9 +116,8 @@ class Operation {
   /// Whether result 0 may take the memory of operand 0, which has the same size.
   [[nodiscard]] virtual bool works_in_place() const { return false; }
 
-  /// The window of every result, a map, whose bits depend on windows of the operands. With the
-  /// adjoint: also the window of the results' adjoints that the operands' adjoints read within
-  /// their windows. None: all.
+  /// The window of every result, a map, whose bits depend on windows of the operands. With the adjoint: also
+  /// the window of the results' adjoints that the operands' adjoints read within their windows. None: all.
   ///
   /// \param changed  of each operand; empty where it is constant
   [[nodiscard]] virtual std::optional<MapWindow> window_reached(Engine /*engine*/,
@@ -150,5 +148,4 @@ class Operation {
   std::vector<Result> results_;
   bool is_pixelwise_ = false;
 };
-
 }  // namespace tapestry::nn

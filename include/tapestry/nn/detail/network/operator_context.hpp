@@ -5,7 +5,6 @@
 #include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::nn {
-
 /// Place of axis i of an [N, C, H, W] tensor that is stored channels last, [N, H, W, C].
 inline constexpr std::array<std::size_t, 4> stored_axis{0, 3, 1, 2};
 
@@ -151,5 +150,4 @@ class OperatorContext {
   bool channels_last_;
   std::set<std::string> asked_;
 };
-
 }  // namespace tapestry::nn

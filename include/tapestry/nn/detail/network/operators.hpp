@@ -3,7 +3,6 @@
 #include <tapestry/nn/detail/network/operator_context.hpp>
 
 namespace tapestry::nn {
-
 /// Storage order of tensors of four axes that an operator requires.
 enum class LayoutRule {
   plain,          ///< as ONNX numbers the axes, [N, C, H, W]
@@ -76,5 +75,4 @@ using OperatorTable = std::map<std::string, Operator<T>, std::less<>>;
 /// Every operator that a network may use.
 template <std::floating_point T>
 [[nodiscard]] const OperatorTable<T>& operators();
-
 }  // namespace tapestry::nn

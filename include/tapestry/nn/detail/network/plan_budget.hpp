@@ -3,7 +3,6 @@
 #include <tapestry/core/error.hpp>
 
 namespace tapestry::nn {
-
 /// Amounts left to the plans of one network, all its stages together. Counts: every machine refuses the same
 /// files. Each is checked before its objects are made. docs/SECURITY.md states them.
 struct PlanBudget {
@@ -31,5 +30,4 @@ struct PlanBudget {
     take(&PlanBudget::nodes, 1 + operands / 16, "nodes, with those of loops,");
   }
 };
-
 }  // namespace tapestry::nn

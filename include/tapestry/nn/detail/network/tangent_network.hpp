@@ -3,7 +3,6 @@
 #include <tapestry/nn/detail/network/simplify/editable_graph.hpp>
 
 namespace tapestry::nn {
-
 /// The same network with simpler nodes in place of normalisations, of quotients and of activations that are
 /// fused with an addition or have a curve. \param facts  of all values
 [[nodiscard]] NetworkDescription divided_for_tangents(NetworkDescription description,
@@ -75,5 +74,4 @@ class TangentParts : public Decomposer {
   const NetworkFacts& facts_;
   std::map<std::string, std::string>& tangents_;
 };
-
 }  // namespace tapestry::nn

@@ -9,7 +9,6 @@
 #include <tapestry/nn/detail/network/decompositions/three_axes.hpp>
 
 namespace tapestry::nn {
-
 const std::map<std::string, Decomposable, std::less<>>& decompositions() {
   const Decomposable odd_axes{{}, detail::decompose_odd_axes, detail::has_odd_axes},
       one_axis{{}, detail::decompose_along_one_axis, detail::has_one_axis};
@@ -44,5 +43,4 @@ const std::map<std::string, Decomposable, std::less<>>& decompositions() {
   };
   return table;
 }
-
 }  // namespace tapestry::nn

@@ -6,7 +6,6 @@
 #include <tapestry/nn/network/program_builder.hpp>
 
 namespace tapestry::nn {
-
 void require_operand_count(std::size_t count, std::int64_t opset, const std::vector<OperandCount>& expected) {
   OperandCount own{0, 0};
   for (const OperandCount& version : expected)
@@ -64,7 +63,6 @@ NetworkDescription pruned(NetworkDescription description, std::vector<std::strin
 }
 
 namespace detail {
-
 /// Extents of all inputs as the description has them; none if one is open.
 inline std::optional<std::map<std::string, Shape>> stated_inputs(const NetworkDescription& description) {
   std::map<std::string, Shape> shapes;
@@ -101,7 +99,6 @@ inline std::vector<std::string> contradicted(const NetworkDescription& descripti
   });
   return names;
 }
-
 }  // namespace detail
 
 std::optional<std::string> untrue_shape(const NetworkDescription& description) try {
@@ -132,5 +129,4 @@ NetworkDescription simplified(NetworkDescription description, const NetworkFacts
   fuse_convolutions(graph);
   return std::move(graph).finish();
 }
-
 }  // namespace tapestry::nn

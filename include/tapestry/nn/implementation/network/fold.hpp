@@ -6,7 +6,6 @@
 #include <tapestry/nn/network/program_builder.hpp>
 
 namespace tapestry::nn::detail {
-
 /// Extents first … end − 1 of an operand, which may count from the end.
 [[nodiscard]] inline Constant shape_constant(const Node& node, std::int64_t opset, const Shape& shape) {
   OperatorContext context(node, opset, {}, false);
@@ -218,11 +217,9 @@ template <std::floating_point T>
         throw DomainError({"a constant integer beyond 2^24, which ", node.operation, " computes in float"});
   return results;
 }
-
 }  // namespace tapestry::nn::detail
 
 namespace tapestry::nn {
-
 template <std::floating_point T>
 std::vector<Constant> fold_node(const Node& node, std::int64_t opset,
                                 const std::vector<FoldOperand>& operands, std::size_t most) {
@@ -259,5 +256,4 @@ std::vector<Constant> fold_node(const Node& node, std::int64_t opset,
   }
   return constants;
 }
-
 }  // namespace tapestry::nn

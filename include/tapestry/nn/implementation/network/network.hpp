@@ -7,7 +7,6 @@
 
 namespace tapestry::nn {
 namespace detail {
-
 /// Calls body(constant, value) for those constants of numbers that a program has as its description has them.
 template <std::floating_point T, class Body>
 void for_each_shared(const Program<T>& program, NetworkDescription& description, const Body& body) {
@@ -216,5 +215,4 @@ void Network<T>::prepare() {
     step.operation->prepare(operands);
   }
 }
-
 }  // namespace tapestry::nn

@@ -3,7 +3,6 @@
 #include <tapestry/nn/network/network_pass.hpp>
 
 namespace tapestry::nn {
-
 template <std::floating_point T>
 void NetworkPass<T>::forward(const Program<T>& program, const ProgramUse& use,
                              const std::vector<const T*>& inputs, Mode mode, Engine engine, std::size_t batch,
@@ -296,5 +295,4 @@ T* NetworkPass<T>::goal_of(const Program<T>& program, std::size_t value, std::ui
   }
   return adjoints_[value].data();
 }
-
 }  // namespace tapestry::nn

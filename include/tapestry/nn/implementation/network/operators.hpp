@@ -24,7 +24,6 @@
 /// The table of operators.hpp. It includes every operator and so takes a compiler long.
 
 namespace tapestry::nn {
-
 template <std::floating_point T>
 const OperatorTable<T>& operators() {
   static const OperatorTable<T> table = [] {
@@ -66,5 +65,4 @@ const OperatorTable<T>& operators() {
   }();
   return table;
 }
-
 }  // namespace tapestry::nn

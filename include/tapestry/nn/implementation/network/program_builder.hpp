@@ -3,7 +3,6 @@
 #include <tapestry/nn/network/program_builder.hpp>
 
 namespace tapestry::nn {
-
 template <std::floating_point T>
 ProgramBuilder<T>::ProgramBuilder(const NetworkDescription& description,
                                   const std::map<std::string, Shape>& shapes, bool pictures_channels_last,
@@ -283,5 +282,4 @@ void ProgramBuilder<T>::refuse() const {
                        std::to_string(problem_count_) + " node" + (problem_count_ == 1 ? "" : "s") +
                            " cannot be run: " + problems_});
 }
-
 }  // namespace tapestry::nn

@@ -2,7 +2,6 @@
 #include <tapestry/nn/network/program_builder.hpp>
 
 namespace tapestry::nn {
-
 template <std::floating_point T>
 void ProgramBuilder<T>::add_nodes() {
   for (const Node& node : description_.nodes) {
@@ -115,5 +114,4 @@ WeightBlock ProgramBuilder<T>::block_of(const ProgramValue& value) const {
   }
   return block;
 }
-
 }  // namespace tapestry::nn

@@ -3,9 +3,7 @@
 #include <tapestry/nn/network/staged_network.hpp>
 
 namespace tapestry::nn {
-
 namespace detail {
-
 /// Whether a node's results are chosen by the values of its operands, without a derivative.
 [[nodiscard]] inline bool chooses_by_values(const Node& node) {
   return node.operation == "NonMaxSuppression" || node.operation == "NonZero";
@@ -35,7 +33,6 @@ void require_known_operators(const std::string& path, const std::vector<Node>& n
         require_known_operators<T>(path, (*graph)->nodes);
   }
 }
-
 }  // namespace detail
 
 template <std::floating_point T>
@@ -251,5 +248,4 @@ void StagedNetwork<T>::adjoint(StagedPass<T>& pass, const std::vector<const T*>&
     for (std::size_t k = 0; k < sum->second.size(); ++k) inputs_adjoint[i][k] += sum->second.data()[k];
   }
 }
-
 }  // namespace tapestry::nn

@@ -2,7 +2,6 @@
 #include <tapestry/nn/implementation/network/tangent_rules.hpp>
 
 namespace tapestry::nn {
-
 std::vector<std::int64_t> TangentParts::axes() const {
   auto axes = attribute_of(node(), "axes", std::vector<std::int64_t>());
   if (node().inputs.size() > 1 && !input(1).empty()) {
@@ -16,7 +15,6 @@ std::vector<std::int64_t> TangentParts::axes() const {
 }
 
 namespace detail {
-
 /// x / √(variance + ε), where x has the mean 0.
 [[nodiscard]] inline std::string scaled_by(TangentParts& parts, const std::string& x,
                                            const std::string& variance) {
@@ -210,5 +208,4 @@ NetworkDescription tangent_network(NetworkDescription description, const Network
   }
   return pruned(std::move(description), std::move(outputs));
 }
-
 }  // namespace tapestry::nn

@@ -5,7 +5,6 @@
 /// Rules of tangent_network(), by operator. Each writes a node and the tangents of its results.
 
 namespace tapestry::nn::detail {
-
 using TangentRule = void (*)(TangentParts&);
 
 inline void take_over(TangentParts& parts) {
@@ -208,5 +207,4 @@ inline void reduction(TangentParts& parts) {
     if (names.contains(operation)) return rule;
   return nullptr;
 }
-
 }  // namespace tapestry::nn::detail

@@ -3,7 +3,6 @@
 #include <tapestry/raster/fragments.hpp>
 
 namespace tapestry::raster::detail {
-
 /// (I − n·nᵀ) / |direction| · towards_adjoint: gradient of a direction, from that of its unit vector n.
 [[nodiscard]] inline geometry::Vector3 through_length(const geometry::Vector3& direction,
                                                       const geometry::Vector3& towards_adjoint) {
@@ -176,5 +175,4 @@ void add_fragment(const ClearCoat<Base>& light, const PreparedClearCoat<Base>& l
   sums.alpha += by_sun * sun_of(light) * sun.by_alpha +
                 by_sky * add_sky(by_sky, light, point.mirrored, alpha, sums.base);
 }
-
 }  // namespace tapestry::raster::detail

@@ -2,7 +2,6 @@
 #include <tapestry/raster/detail/face_field.hpp>
 
 namespace tapestry::raster::detail {
-
 /// Scene of the integrals over boundaries of a picture, which are outlines and intersections.
 template <class Colour, class Adjoint>
 struct BoundaryScene {
@@ -92,5 +91,4 @@ struct EdgeLine {
            keep(y * a[2] - a[1], y * b[2] - b[1]) && keep(y * a[2] + a[1], y * b[2] + b[1]);
   }
 };
-
 }  // namespace tapestry::raster::detail

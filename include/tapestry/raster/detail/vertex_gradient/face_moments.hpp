@@ -3,7 +3,6 @@
 #include <tapestry/raster/fragments.hpp>
 
 namespace tapestry::raster::detail {
-
 /// Sums of one band of rows for each face that it shows, in the order in which the faces are first met; found
 /// by a hash table with open addressing, at most half full.
 /// \tparam Moments  sums, 0 at first, with a member `face`
@@ -172,5 +171,4 @@ class MomentSums {
   std::vector<std::array<std::array<double, 8>, 4>> sums_;
   MomentBatch batch_;
 };
-
 }  // namespace tapestry::raster::detail

@@ -3,7 +3,6 @@
 #include <tapestry/raster/detail/fragment_scan.hpp>
 
 namespace tapestry::raster::detail {
-
 /// The faces of large planes that are seen nearly edge-on, in order. A grid of samples owns whole lines of
 /// such a plane or none, so that a sampled integral over it may be several times too large, or 0; and all
 /// faces of one plane are off the same way. Faces of curved surfaces are off in all ways, which cancels.
@@ -123,5 +122,4 @@ class GrazingSpans {
 
   std::vector<Face> faces_;
 };
-
 }  // namespace tapestry::raster::detail

@@ -5,7 +5,6 @@
 #include <tapestry/raster/detail/vertex_gradient/sliver.hpp>
 
 namespace tapestry::raster::detail {
-
 /// A part of the derivative with respect to one position, in view space.
 struct VertexShare {
   std::int32_t vertex;
@@ -260,5 +259,4 @@ void add_grazing_interior(const Surface<T, Model>& surface, const Colour& colour
   });
   add_blocks(surface, fragments, blocks, positions_adjoint);
 }
-
 }  // namespace tapestry::raster::detail

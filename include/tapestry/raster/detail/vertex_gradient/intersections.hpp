@@ -3,7 +3,6 @@
 #include <tapestry/raster/detail/vertex_gradient/interior.hpp>
 
 namespace tapestry::raster::detail {
-
 /// The same integral over lines where faces cut through each other. Faces i and j change places where D =
 /// 1/z_i − 1/z_j, affine in the picture, is 0; i is seen where D > 0. The line moves across itself by
 /// −dD/|∇D|, and a displacement d of a face's surface there changes its 1/z by −(n·d)/(n·r)/z².
@@ -186,5 +185,4 @@ class Intersections {
   std::vector<FacePair> pairs_;
   std::vector<Line> lines_;
 };
-
 }  // namespace tapestry::raster::detail

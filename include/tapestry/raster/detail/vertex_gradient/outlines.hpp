@@ -3,7 +3,6 @@
 #include <tapestry/raster/detail/vertex_gradient/interior.hpp>
 
 namespace tapestry::raster::detail {
-
 /// The integral over all visible parts of the mesh's edges of
 ///   (colour on one side − colour on the other) · (motion of the edge across itself).
 /// Each edge is cut at the borders of pixels and into pieces of at most 1/samples of a pixel; each piece
@@ -286,5 +285,4 @@ class Outlines {
   std::vector<std::vector<Found>> found_;
   std::size_t first_line_ = 0;  // of the field
 };
-
 }  // namespace tapestry::raster::detail

@@ -2,7 +2,6 @@
 #include <tapestry/raster/detail/vertex_gradient/interior.hpp>
 
 namespace tapestry::raster::detail {
-
 /// Neural Mesh Renderer's gradient of positions; it is not the derivative of any picture. Every edge of every
 /// face is followed along each row and column that crosses it. Each pixel there adds its gain, the fall of
 /// the loss if the edge moved to it, divided by its distance from the edge. Source: Kato, Ushiku, Harada,
@@ -173,5 +172,4 @@ std::vector<std::array<double, 3>> sample_colours(const geometry::Mesh& mesh,
   });
   return colours;
 }
-
 }  // namespace tapestry::raster::detail

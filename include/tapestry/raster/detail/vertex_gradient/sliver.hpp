@@ -3,7 +3,6 @@
 #include <tapestry/raster/fragments.hpp>
 
 namespace tapestry::raster::detail {
-
 /// Change of a ray's x and y from sample to sample of a view.
 [[nodiscard]] inline std::array<double, 2> sample_step(const FragmentBands& view) {
   const std::size_t axis = view.samples_per_axis();
@@ -55,5 +54,4 @@ namespace tapestry::raster::detail {
   const double share = 1 / (squared_slope * least_thickness * least_thickness);
   return std::isfinite(squared_slope) ? std::min(1.0, share) : 0.0;
 }
-
 }  // namespace tapestry::raster::detail

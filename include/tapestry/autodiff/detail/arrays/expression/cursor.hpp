@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/detail/arrays/expression/node.hpp>
 
 namespace tapestry::detail {
-
 template <class T, std::size_t Rank, class Adjoints>
 struct ElementPass {
   const RowPlan<Rank>& plan;
@@ -187,5 +186,4 @@ class Cursor<ArrayView<T, Whole, Rank>> : public ViewCursor<T, Rank> {
   T* to_ = nullptr;
   alignas(64) T back_[array_block];
 };
-
 }  // namespace tapestry::detail

@@ -4,7 +4,6 @@
 
 namespace tapestry {
 namespace detail {
-
 /// A sum in double whose error does not grow with the number of terms: blocks in eight lanes, the blocks'
 /// sums compensated (Neumaier), always in the same order. Relative error at most about 70 ε · Σ|term| / |Σ
 /// term|. Sums of duals are not compensated.
@@ -219,5 +218,4 @@ template <ArrayExpression E>
       },
       node.leaves());
 }
-
 }  // namespace tapestry

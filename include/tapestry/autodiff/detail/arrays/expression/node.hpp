@@ -4,7 +4,6 @@
 #include <tapestry/autodiff/variable.hpp>
 
 namespace tapestry {
-
 /// A view of some elements of an array variable: a slice, a transpose, a repetition. It has no memory and no
 /// record of its own: formulas with it read the array, and add to the array's adjoint, in place. Made by the
 /// functions of arrays/view.hpp.
@@ -46,7 +45,6 @@ class ArrayView {
 };
 
 namespace detail {
-
 /// A view that is known to be constant at compile time, so that it costs no pullback.
 template <class T, std::size_t Whole, std::size_t Rank>
 struct ConstantView : ArrayView<T, Whole, Rank> {

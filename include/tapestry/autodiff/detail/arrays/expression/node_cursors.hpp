@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/detail/arrays/expression/cursor.hpp>
 
 namespace tapestry::detail {
-
 /// Gradient of one side of an operation; those whose partials are 0 or ±1 define pass_x(), without a product.
 template <class Operation, class T>
 [[nodiscard, gnu::always_inline]] inline T pass_x_of(T g, T x, T y, T value) {

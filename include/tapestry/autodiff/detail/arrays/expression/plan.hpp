@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/detail/arrays/adjoint_lane.hpp>  // count_of
 
 namespace tapestry::detail {
-
 /// Steps between elements along each axis, in elements.
 template <std::size_t Rank>
 using Strides = std::array<std::ptrdiff_t, Rank>;
@@ -64,5 +63,4 @@ struct RowPlan {
     }
   }
 };
-
 }  // namespace tapestry::detail

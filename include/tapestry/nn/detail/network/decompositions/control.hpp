@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/decomposition.hpp>
 
 namespace tapestry::nn::detail {
-
 /// Names of the values that a subgraph captures; they begin at `first` among the node's inputs.
 [[nodiscard]] inline std::map<std::string, std::string> captured_names(const Subgraph& graph,
                                                                        const Node& node, std::size_t first) {
@@ -131,5 +130,4 @@ class LoopParts {
 };
 
 inline void decompose_loop(OperatorContext& context, Decomposer& parts) { LoopParts(context, parts).write(); }
-
 }  // namespace tapestry::nn::detail

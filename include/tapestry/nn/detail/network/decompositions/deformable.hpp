@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/decomposition.hpp>
 
 namespace tapestry::nn::detail {
-
 /// A convolution whose kernel has other sampling points for each pixel: bilinear lookups at moved places, 0
 /// outside, times a mask, then a product with the weights. Source: onnx.ai, DeformConv; Dai et al.,
 /// "Deformable Convolutional Networks" (ICCV 2017), and Zhu et al. (CVPR 2019) for the mask.
@@ -116,5 +115,4 @@ inline void decompose_compress(OperatorContext& context, Decomposer& parts) {
     return parts.finish(0, "Gather", {parts.input(0), places}, {{"axis", context.integer("axis", 0)}});
   parts.finish(0, "Gather", {parts.reshaped(parts.input(0), {size_of(context.input(0).shape)}), places});
 }
-
 }  // namespace tapestry::nn::detail

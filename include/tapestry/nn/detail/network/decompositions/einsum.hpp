@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/decomposition.hpp>
 
 namespace tapestry::nn::detail {
-
 /// The axes of an operand or of the result of Einsum, a letter each. Axes of an ellipsis are called 0, 1, …
 /// from its last, so that shorter ones meet the end of longer ones.
 using Subscripts = std::vector<char>;
@@ -262,5 +261,4 @@ inline void decompose_einsum(OperatorContext& context, Decomposer& parts) {
   for (std::size_t i = 0; i < context.inputs.size(); ++i) ranks.push_back(context.input(i).shape.size());
   EinsumParts(context, EinsumParser(context.text("equation", ""), ranks).take(), parts).write(context);
 }
-
 }  // namespace tapestry::nn::detail

@@ -3,7 +3,6 @@
 #include <tapestry/nn/detail/network/operators/softmax.hpp>
 
 namespace tapestry::nn::detail {
-
 /// x · σ(alpha · x), as ONNX Runtime's optimiser writes SiLU.
 inline void decompose_quick_gelu(OperatorContext& context, Decomposer& parts) {
   const double alpha = context.number("alpha", 1.702);
@@ -206,5 +205,4 @@ inline void decompose_col2im(OperatorContext& context, Decomposer& parts) {
   for (const auto& axis : patches.axes) shape.push_back(axis.extent);
   parts.finish(0, "Reshape", {parts.transposed(inside, {1, 0}), parts.integers(shape)});
 }
-
 }  // namespace tapestry::nn::detail

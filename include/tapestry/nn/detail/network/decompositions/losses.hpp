@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/decomposition.hpp>
 
 namespace tapestry::nn::detail {
-
 /// Minus the logarithm of the probability of each element's class, times the class's weight; all of them,
 /// their sum or their mean by weight. Source: onnx.ai, NegativeLogLikelihoodLoss.
 /// \param logarithms  of probabilities, [N, classes, …]; the node's input 1 are classes, [N, …]
@@ -48,5 +47,4 @@ inline void decompose_softmax_cross_entropy(OperatorContext& context, Decomposer
   parts.finish(1, "Identity", {logarithms});
   decompose_likelihood(context, parts, logarithms);
 }
-
 }  // namespace tapestry::nn::detail

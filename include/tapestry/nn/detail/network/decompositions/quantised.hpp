@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/decomposition.hpp>
 
 namespace tapestry::nn::detail {
-
 /// Operators on integers of few bits, in floating-point numbers. Rounding has the derivative 1, straight
 /// through; beyond the integers' range it is 0. Source: onnx.ai, Operators.md; Bengio et al., "Estimating or
 /// propagating gradients through stochastic neurons" (2013).
@@ -143,5 +142,4 @@ inline void decompose_qlinear_matmul(OperatorContext& context, Decomposer& parts
       parts.add("MatMul", {own.dequantised(0, rows - 2), own.dequantised(3, columns - 1)});
   own.quantise(product, std::max(rows, columns), 6, std::max(rows, columns) - 2);
 }
-
 }  // namespace tapestry::nn::detail

@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/decomposition.hpp>
 
 namespace tapestry::nn::detail {
-
 /// LSTM, GRU and RNN, unrolled: a sequence is as long as its input's extent. Source: onnx.ai, Operators.md.
 class RecurrentParts {
  public:
@@ -238,5 +237,4 @@ inline void decompose_gru(OperatorContext& context, Decomposer& parts) {
 inline void decompose_rnn(OperatorContext& context, Decomposer& parts) {
   RecurrentParts(context, parts, RecurrentParts::Kind::rnn).write();
 }
-
 }  // namespace tapestry::nn::detail

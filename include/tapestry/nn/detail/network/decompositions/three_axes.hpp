@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/decomposition.hpp>
 
 namespace tapestry::nn::detail {
-
 /// Whether a convolution or pooling runs along one axis, [N, C, L].
 [[nodiscard]] inline bool has_one_axis(const OperatorContext& context) {
   return context.has_input(0) && context.input(0).shape.size() == 3;
@@ -163,5 +162,4 @@ inline void decompose_odd_axes(OperatorContext& context, Decomposer& parts) {
   if (operation == "Conv") return three.convolve();
   three.pool();
 }
-
 }  // namespace tapestry::nn::detail

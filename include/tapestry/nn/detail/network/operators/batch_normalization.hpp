@@ -3,7 +3,6 @@
 #include <tapestry/nn/detail/network/operators/channel_extents.hpp>
 
 namespace tapestry::nn {
-
 /// BatchNormalization with the statistics that it is given: scale · (x − mean)/√(variance + ε) + bias.
 template <std::floating_point T>
 class BatchNormalization : public Operation<T> {
@@ -259,5 +258,4 @@ void add_batch_normalization(OperatorTable<T>& table) {
   };
   table["BatchNormalization"] = {LayoutRule::channels_last, 1, false, {{5, 5}}, make};
 }
-
 }  // namespace tapestry::nn

@@ -4,7 +4,6 @@
 #include <tapestry/nn/detail/network/operators/binary_functions.hpp>
 
 namespace tapestry::nn {
-
 /// Loops of a function of two numbers, see binary_functions.hpp. Each operand is an array or one repeated
 /// number.
 template <std::floating_point T>
@@ -204,5 +203,4 @@ void add_binary_operators(OperatorTable<T>& table) {
   add_binary<binary::Test<T, std::logical_or>>(table, "Or", Kind::test);
   add_binary<binary::Xor<T>>(table, "Xor", Kind::test);
 }
-
 }  // namespace tapestry::nn

@@ -9,7 +9,6 @@
 /// loops are loops of vectors.
 
 namespace tapestry::nn::binary {
-
 /// Functions with integer, Boolean or piecewise constant results: no derivative.
 struct Discrete {
   static constexpr bool is_vector = false;
@@ -111,5 +110,4 @@ template <std::floating_point T>
 struct Xor : Discrete {
   static T value(T a, T b) { return (a != 0) != (b != 0) ? T(1) : T(0); }
 };
-
 }  // namespace tapestry::nn::binary

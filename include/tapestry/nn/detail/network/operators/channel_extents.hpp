@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/operators.hpp>
 
 namespace tapestry::nn {
-
 /// A tensor whose axis 1 counts channels, as [images, pixels, channels] if it is stored channels last or else
 /// [images, channels, pixels].
 struct ChannelExtents {
@@ -33,5 +32,4 @@ inline void require_channels(const OperatorContext& context, std::size_t input, 
   if (context.input(input).shape != Shape{channels})
     throw ShapeError({"input ", input, " is ", context.input(input).shape, ", expected [", channels, "]"});
 }
-
 }  // namespace tapestry::nn

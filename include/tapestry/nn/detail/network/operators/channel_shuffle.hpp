@@ -3,7 +3,6 @@
 #include <tapestry/nn/detail/network/operators/kernel_attributes.hpp>
 
 namespace tapestry::nn {
-
 /// Takes the channels of `groups` consecutive groups in turn from each group: channel i of group g becomes
 /// channel i · groups + g. Source: Zhang, Zhou, Lin and Sun, "ShuffleNet" (2018), section 3.1.
 template <std::floating_point T>
@@ -138,5 +137,4 @@ void add_interleave_channels(OperatorTable<T>& table) {
   table["InterleaveChannels"] = {LayoutRule::channels_last,     2, false, {{2, 2}}, make,
                                  {{"split", 1, largest_extent}}};
 }
-
 }  // namespace tapestry::nn

@@ -1,12 +1,9 @@
 #pragma once
 #include <tapestry/nn/detail/batch_norm.hpp>
 #include <tapestry/nn/detail/convolution_weight_adjoint.hpp>
-#include <tapestry/nn/detail/convolution_window.hpp>
 #include <tapestry/nn/detail/network/operators/convolution_plan.hpp>
-#include <tapestry/nn/pointwise.hpp>
 
 namespace tapestry::nn {
-
 /// Conv: activation(Σ x · weights + bias [+ addend]) [+ addend]; or the sums, times `slope` where an operand
 /// is not above 0: the derivative of a leaky convolution along x.
 template <std::floating_point T>
@@ -240,5 +237,4 @@ void add_convolution(OperatorTable<T>& table) {
                         },
                         convolution_ranges()};
 }
-
 }  // namespace tapestry::nn

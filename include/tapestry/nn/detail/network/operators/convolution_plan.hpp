@@ -3,7 +3,6 @@
 #include <tapestry/nn/detail/network/operators/kernel_attributes.hpp>
 
 namespace tapestry::nn {
-
 /// Plan of one convolution of a network: all of it except the values.
 template <std::floating_point T>
 struct ConvolutionPlan {
@@ -67,5 +66,4 @@ template <std::floating_point T>
   return plan;
 }
 }  // namespace detail
-
 }  // namespace tapestry::nn

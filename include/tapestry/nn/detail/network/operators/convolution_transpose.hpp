@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/operators/convolution.hpp>
 
 namespace tapestry::nn {
-
 /// ConvTranspose: the adjoint of the convolution that would make x of y, with the weights
 /// [channel of x, channel of y of its group, row tap, column tap], plus a bias.
 template <std::floating_point T>
@@ -94,7 +93,6 @@ class ConvolutionTranspose : public Operation<T> {
 };
 
 namespace detail {
-
 /// One axis of the convolution whose adjoint this is: `output` is the extent given, `input` the extent
 /// returned.
 /// \throws ShapeError if nothing would be left
@@ -169,5 +167,4 @@ void add_convolution_transpose(OperatorTable<T>& table) {
       detail::make_convolution_transpose<T>,
       convolution_ranges({{"output_padding", 0, largest_window}, {"output_shape", 1, largest_window}})};
 }
-
 }  // namespace tapestry::nn

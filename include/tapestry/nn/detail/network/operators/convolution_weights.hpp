@@ -4,7 +4,6 @@
 #include <tapestry/nn/pointwise.hpp>
 
 namespace tapestry::nn {
-
 /// The activation that a convolution applies to its sums: none, a leaky one, or a curve.
 template <std::floating_point T>
 struct FusedActivation {
@@ -101,5 +100,4 @@ void convolve_adjoint(Engine engine, const ConvolutionWeights<T>& weights, std::
   for (const auto& part : weights.adjoint())
     convolve<T>(engine, part, images, out_adjoint, end, in_adjoint, shape.in_size(), window);
 }
-
 }  // namespace tapestry::nn

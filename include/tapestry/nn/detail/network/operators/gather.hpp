@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/operators/reshape.hpp>
 
 namespace tapestry::nn {
-
 /// Blocks of neighbouring elements of a tensor that some indices select.
 struct IndexPlan {
   LoopNest<2> nest{};                     ///< loops over the blocks: places among indices, and in the tensor
@@ -168,5 +167,4 @@ void add_gather_operators(OperatorTable<T>& table) {
   table["GatherND"] = {
       LayoutRule::plain, 1, false, {{2, 2}}, detail::make_gather_nd<T>, {{"batch_dims", 0, most_axes}}};
 }
-
 }  // namespace tapestry::nn

@@ -3,7 +3,6 @@
 #include <tapestry/nn/pointwise.hpp>
 
 namespace tapestry::nn {
-
 /// alpha · A · B + beta · C of row-major matrices, where A and B may be stored transposed.
 struct GemmPlan {
   ProductShape shape{};
@@ -143,5 +142,4 @@ void add_gemm(OperatorTable<T>& table) {
   const auto make = [](OperatorContext& context) { return std::make_unique<Gemm<T>>(plan_gemm(context)); };
   table["Gemm"] = {LayoutRule::plain, 3, false, {{2, 3}}, make};
 }
-
 }  // namespace tapestry::nn

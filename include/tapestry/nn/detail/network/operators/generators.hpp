@@ -3,7 +3,6 @@
 #include <tapestry/nn/detail/network/operators/softmax.hpp>
 
 namespace tapestry::nn {
-
 /// start + i · step: Range, and with a step of 0 ConstantOfShape.
 template <std::floating_point T>
 class Ramp : public Operation<T> {
@@ -185,5 +184,4 @@ void add_generators(OperatorTable<T>& table) {
   table["EyeLike"] = {LayoutRule::plain, 1, false, {{1, 1}}, detail::make_eye<T>};
   table["Trilu"] = {LayoutRule::plain, 1, false, {{1, 2}}, detail::make_triangle<T>};
 }
-
 }  // namespace tapestry::nn

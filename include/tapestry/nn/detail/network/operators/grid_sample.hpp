@@ -3,7 +3,6 @@
 #include <tapestry/nn/detail/network/operators/resize_attributes.hpp>
 
 namespace tapestry::nn {
-
 /// How GridSample reads pictures between pixels and outside.
 /// Source: onnx.ai, Operators.md, GridSample, and PyTorch's grid_sample, which it follows.
 struct GridSampling {
@@ -198,5 +197,4 @@ void add_grid_sample(OperatorTable<T>& table) {
   };
   table["GridSample"] = {LayoutRule::plain, 1, false, {{2, 2}}, make};
 }
-
 }  // namespace tapestry::nn

@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/operators/channel_extents.hpp>
 
 namespace tapestry::nn {
-
 /// GroupNormalization and InstanceNormalization: scale · (x − mean)/√(variance + ε) + bias, with the mean and
 /// the biased variance of each image's groups of channels, summed in double.
 template <std::floating_point T>
@@ -140,5 +139,4 @@ void add_group_normalization(OperatorTable<T>& table) {
   table["GroupNormalization"] = {LayoutRule::channels_last,          1, false, {{3, 3}}, make,
                                  {{"num_groups", 1, largest_extent}}};
 }
-
 }  // namespace tapestry::nn

@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/operators.hpp>
 
 namespace tapestry::nn {
-
 /// The attributes of a window that slides over a picture, for rows and columns; convolutions and poolings
 /// share them. Source: onnx.ai, Operators.md, Conv and MaxPool.
 struct KernelAttributes {
@@ -208,5 +207,4 @@ struct PoolingPlan {
   plan.column_windows = windows(plan.columns, window.after[1]);
   return plan;
 }
-
 }  // namespace tapestry::nn

@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/operators/channel_extents.hpp>
 
 namespace tapestry::nn {
-
 /// LayerNormalization of [rows, size]: scale · (x − mean)/√(variance + ε) + bias, with the mean and the
 /// biased variance of each row, summed in double.
 template <std::floating_point T>
@@ -240,5 +239,4 @@ void add_local_response_normalization(OperatorTable<T>& table) {
   };
   table["LRN"] = {LayoutRule::channels_last, 1, false, {{1, 1}}, make, {{"size", 1, std::int64_t(1) << 20U}}};
 }
-
 }  // namespace tapestry::nn

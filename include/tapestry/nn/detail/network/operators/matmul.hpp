@@ -3,7 +3,6 @@
 #include <tapestry/nn/detail/network/operators.hpp>
 
 namespace tapestry::nn {
-
 /// Extents of c[rows, columns] = a[rows, depth] · b[depth, columns].
 struct ProductShape {
   std::size_t rows = 1, depth = 1, columns = 1;
@@ -190,5 +189,4 @@ void add_matmul(OperatorTable<T>& table) {
   };
   table["MatMul"] = {LayoutRule::plain, 2, false, {{2, 2}}, make};
 }
-
 }  // namespace tapestry::nn

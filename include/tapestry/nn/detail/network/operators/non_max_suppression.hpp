@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/operators/generators.hpp>
 
 namespace tapestry::nn {
-
 /// The settings of NonMaxSuppression.
 struct SuppressionSettings {
   bool has_centres = false;  ///< boxes are cx, cy, w, h; else y, x of two opposite corners
@@ -121,5 +120,4 @@ template <std::floating_point T>
 void add_non_max_suppression(OperatorTable<T>& table) {
   table["NonMaxSuppression"] = {LayoutRule::plain, 2, false, {{2, 5}}, detail::make_non_max_suppression<T>};
 }
-
 }  // namespace tapestry::nn

@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/operators.hpp>
 
 namespace tapestry::nn {
-
 /// NonZero of values that are known beforehand: the places of those that are not 0, [axes, count], in
 /// row-major order. Positions of computed values have no extents.
 template <std::floating_point T>
@@ -44,5 +43,4 @@ void add_non_zero(OperatorTable<T>& table) {
   };
   table["NonZero"] = {LayoutRule::plain, 1, false, {{1, 1}}, make};
 }
-
 }  // namespace tapestry::nn

@@ -220,5 +220,4 @@ void add_order_operators(OperatorTable<T>& table) {
                       }};
   table["CumSum"] = {LayoutRule::any, 1, false, {{2, 2}}, detail::make_cum_sum<T>};
 }
-
 }  // namespace tapestry::nn

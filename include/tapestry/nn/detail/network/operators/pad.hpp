@@ -3,7 +3,6 @@
 
 namespace tapestry::nn {
 namespace detail {
-
 /// A run of a padded axis: it follows the axis before padding, repeats one element or runs backwards.
 struct PadRun {
   std::ptrdiff_t to = 0, from = 0, step = 0;
@@ -216,5 +215,4 @@ void add_pad_operators(OperatorTable<T>& table) {
         LayoutRule::any, 1, false, {{1, 1}}, make, {{"blocksize", 1, largest_extent}}};
   }
 }
-
 }  // namespace tapestry::nn

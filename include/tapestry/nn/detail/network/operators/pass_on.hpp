@@ -4,7 +4,6 @@
 #include <tapestry/nn/detail/network/operators/unary.hpp>
 
 namespace tapestry::nn {
-
 /// A tensor's values in the same order with new extents: Identity, Reshape and the like.
 template <std::floating_point T>
 class PassOn : public Operation<T> {
@@ -101,5 +100,4 @@ void add_cast_operators(OperatorTable<T>& table) {
   table["Cast"] = {LayoutRule::any, 1, false, {{1, 1}}, cast};
   table["CastLike"] = {LayoutRule::any, 1, false, {{2, 2}}, cast_like};
 }
-
 }  // namespace tapestry::nn

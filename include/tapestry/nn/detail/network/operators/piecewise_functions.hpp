@@ -6,7 +6,6 @@
 /// takes at a kink.
 
 namespace tapestry::nn::unary {
-
 /// max(x, 0), of derivative 0 at 0.
 template <std::floating_point T>
 struct Relu : VectorFunction<Reads::input> {
@@ -211,5 +210,4 @@ template <std::floating_point T>
 struct IsNan : Function<Reads::no_derivative> {
   static T value(T x, T, T) { return x != x ? T(1) : T(0); }
 };
-
 }  // namespace tapestry::nn::unary

@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/operators/kernel_attributes.hpp>
 
 namespace tapestry::nn {
-
 /// Pixels of blocks of a picture as channels of one pixel: channels j · C … of pixel (y, x) are pixel
 /// (y · rows + row_j, x · columns + column_j).
 struct PixelBlocks {
@@ -102,5 +101,4 @@ void add_pixel_unshuffle(OperatorTable<T>& table) {
                              make,
                              {{"block", 1, largest_window}, {"places", 0, largest_window}}};
 }
-
 }  // namespace tapestry::nn

@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/operators/kernel_attributes.hpp>
 
 namespace tapestry::nn {
-
 /// MaxPool and GlobalMaxPool. Values outside the picture count as −∞. The first of equal values in reading
 /// order gets the adjoint. NaN counts as the largest value.
 template <std::floating_point T>
@@ -278,5 +277,4 @@ void add_average_pool(OperatorTable<T>& table) {
   table["LpPool"] = {layout, 1, false, {{1, 1}}, norm, window_ranges({norms})};
   table["GlobalLpPool"] = {layout, 1, false, {{1, 1}}, norm, {norms}};
 }
-
 }  // namespace tapestry::nn

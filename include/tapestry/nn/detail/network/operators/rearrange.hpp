@@ -4,7 +4,6 @@
 #include <tapestry/nn/pointwise.hpp>
 
 namespace tapestry::nn {
-
 /// Copies elements from tensor 0 of a nest to tensor 1, in a cache-friendly order.
 class StridedCopy {
  public:
@@ -185,5 +184,4 @@ class Repeat : public Operation<T> {
   StridedCopy forth_;
   AxisReduction back_;
 };
-
 }  // namespace tapestry::nn

@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/operators/reshape.hpp>
 
 namespace tapestry::nn {
-
 /// Σ |x|.
 struct AbsoluteSumStep : SumStep {
   static double next(double sum, double value) { return sum + (value < 0 ? -value : value); }
@@ -238,5 +237,4 @@ void add_reduce_operators(OperatorTable<T>& table) {
     table[name] = {LayoutRule::any, 1, false, {{1, 1}, {1, 2, since}}, make};
   }
 }
-
 }  // namespace tapestry::nn

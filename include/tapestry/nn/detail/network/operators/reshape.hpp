@@ -3,7 +3,6 @@
 
 namespace tapestry::nn {
 namespace detail {
-
 /// An extent that a node states. \throws DomainError outside 0 … 2^31 − 1
 [[nodiscard]] inline std::size_t to_extent(std::int64_t value) {
   if (value < 0 || value > largest_extent)
@@ -115,5 +114,4 @@ void add_reshape_operators(OperatorTable<T>& table) {
   table["Squeeze"] = {LayoutRule::plain, 1, false, {{1, 1}, {1, 2, 13}}, detail::make_squeeze<T>};
   table["Unsqueeze"] = {LayoutRule::plain, 1, false, {{1, 1}, {2, 2, 13}}, detail::make_unsqueeze<T>};
 }
-
 }  // namespace tapestry::nn

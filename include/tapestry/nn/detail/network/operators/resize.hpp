@@ -5,7 +5,6 @@
 #include <tapestry/nn/pointwise.hpp>
 
 namespace tapestry::nn {
-
 namespace detail {
 /// to[i] += weight · from[i], or = where it is fresh
 template <bool Adds, std::floating_point T>
@@ -170,5 +169,4 @@ void add_resize(OperatorTable<T>& table) {
   table["Resize"] = {LayoutRule::channels_last, 1, false, {{2, 2}, {1, 4, 11}}, make};
   table["Upsample"] = {LayoutRule::channels_last, 1, false, {{1, 1}, {2, 2, 9}}, make};
 }
-
 }  // namespace tapestry::nn

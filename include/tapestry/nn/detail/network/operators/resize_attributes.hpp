@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/operator_context.hpp>
 
 namespace tapestry::nn {
-
 /// Sampling rule of a resize: the attributes of Resize that hold for every axis.
 /// Source: onnx.ai, Operators.md, Resize.
 struct ResizeRule {
@@ -258,5 +257,4 @@ struct ResizeAttributes {
   }
   return attributes;
 }
-
 }  // namespace tapestry::nn

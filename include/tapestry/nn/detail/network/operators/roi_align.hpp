@@ -3,7 +3,6 @@
 #include <tapestry/nn/detail/network/operators/roi_sampling.hpp>
 
 namespace tapestry::nn {
-
 /// Boxes of feature maps, resampled to one size. Differentiable by features and by boxes; the number of
 /// samples, and the choice of the largest weighted pixel, count as constant.
 template <std::floating_point T>
@@ -235,5 +234,4 @@ void add_roi_align(OperatorTable<T>& table) {
                        make,
                        {{"output_height", 1, 4096}, {"output_width", 1, 4096}, {"sampling_ratio", 0, 4096}}};
 }
-
 }  // namespace tapestry::nn

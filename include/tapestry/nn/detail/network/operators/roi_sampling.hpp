@@ -5,7 +5,6 @@
 #include <cstddef>
 
 namespace tapestry::nn {
-
 /// How RoiAlign lays samples in a box. Source: onnx.ai, Operators.md, RoiAlign; He et al., "Mask R-CNN"
 /// (2017).
 struct RoiSampling {
@@ -18,7 +17,6 @@ struct RoiSampling {
 };
 
 namespace detail {
-
 /// The two pixels between which a sample lies along one axis, and the share of the second.
 struct RoiTaps {
   std::size_t low = 0, high = 0;
@@ -74,7 +72,5 @@ struct RoiAxis {
   }
   [[nodiscard]] double place(double share) const { return first + share * bin * static_cast<double>(bins); }
 };
-
 }  // namespace detail
-
 }  // namespace tapestry::nn

@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/operators/gather.hpp>
 
 namespace tapestry::nn {
-
 /// How an update changes its element.
 enum class ScatterRule { replace, add, multiply, largest, smallest };
 
@@ -123,5 +122,4 @@ void add_scatter_operators(OperatorTable<T>& table) {
   table["ScatterElements"] = {LayoutRule::plain, 1, false, {{3, 3}}, detail::make_scatter_elements<T>};
   table["Scatter"] = table["ScatterElements"];  // up to opset 10
 }
-
 }  // namespace tapestry::nn

@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/operators/binary.hpp>
 
 namespace tapestry::nn {
-
 /// Neighbouring axes of a tensor that an operation works along, those before them and those behind.
 struct AxisRuns {
   std::size_t outer = 1, count = 1, inner = 1;
@@ -193,5 +192,4 @@ void add_softmax_operators(OperatorTable<T>& table) {
     table[is_log ? "LogSoftmax" : "Softmax"] = {LayoutRule::any, 1, false, {{1, 1}}, make};
   }
 }
-
 }  // namespace tapestry::nn

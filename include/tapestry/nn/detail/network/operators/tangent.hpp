@@ -1,14 +1,12 @@
 #pragma once
 #include <tapestry/nn/detail/network/operators/pooling.hpp>
 #include <tapestry/nn/detail/network/operators/reduce.hpp>
-#include <tapestry/nn/detail/network/operators/unary.hpp>
 
 /// \file
 /// The operators Tangent and TangentPool, see tangent_network.hpp: those of the attribute `of`, together with
 /// the derivative along a direction. Operands (x, ẋ, the operator's further ones), results (y, ẏ).
 
 namespace tapestry::nn {
-
 /// A function of each element, and its derivative along ẋ:
 ///
 ///   ẏ = f'(x)·ẋ    x̄ += f'(x)·ȳ + f''(x)·ẋ·ẏ̄    ẋ̄ += f'(x)·ẏ̄
@@ -124,5 +122,4 @@ void add_tangent(OperatorTable<T>& table) {
   table["Tangent"] = {LayoutRule::any, 2, false, {{2, 4}}, detail::make_tangent<T>};
   table["TangentPool"] = {LayoutRule::channels_last, 2, false, {{2, 2}}, detail::make_tangent<T>};
 }
-
 }  // namespace tapestry::nn

@@ -4,7 +4,6 @@
 #include <tapestry/nn/pointwise.hpp>
 
 namespace tapestry::nn {
-
 /// A function of each element.
 template <std::floating_point T>
 class UnaryOperation : public Operation<T> {
@@ -233,5 +232,4 @@ void add_unary_operators(OperatorTable<T>& table) {
   detail::add_elementary_operators(table);
   table["IsInf"] = {LayoutRule::any, 1, false, {{1, 1}}, detail::make_is_inf<T>};
 }
-
 }  // namespace tapestry::nn

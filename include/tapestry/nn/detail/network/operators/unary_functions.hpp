@@ -12,7 +12,6 @@
 /// in double, and are 0 below.
 
 namespace tapestry::nn::unary {
-
 using tapestry::detail::magnitude, tapestry::detail::vector_exp, tapestry::detail::vector_sigmoid,
     tapestry::detail::vector_sigmoid_slope;
 
@@ -224,5 +223,4 @@ struct Reciprocal : Function<Reads::output> {
   static T slope(T y, T, T) { return -y * y; }
   static T curvature(T y, T, T) { return 2 * y * y * y; }
 };
-
 }  // namespace tapestry::nn::unary

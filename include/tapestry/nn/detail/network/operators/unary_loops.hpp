@@ -1,10 +1,8 @@
 #pragma once
 #include <tapestry/core/block_loop.hpp>
 #include <tapestry/nn/detail/network/operators/piecewise_functions.hpp>
-#include <tapestry/nn/detail/network/operators/unary_functions.hpp>
 
 namespace tapestry::nn {
-
 /// Loops of a function of one number, see unary_functions.hpp.
 template <std::floating_point T>
 struct UnaryLoops {
@@ -97,5 +95,4 @@ template <class F, std::floating_point T>
   return loops;
 }
 }  // namespace detail
-
 }  // namespace tapestry::nn

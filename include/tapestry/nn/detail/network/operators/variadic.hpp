@@ -2,7 +2,6 @@
 #include <tapestry/nn/detail/network/operators/binary.hpp>
 
 namespace tapestry::nn {
-
 /// An operation on any number of operands, each repeated to the common shape.
 template <std::floating_point T>
 class Variadic : public Operation<T> {
@@ -204,5 +203,4 @@ void add_variadic_operators(OperatorTable<T>& table) {
   };
   table["Where"] = {LayoutRule::any, all_inputs, true, {{3, 3}}, make_where};
 }
-
 }  // namespace tapestry::nn

@@ -4,7 +4,6 @@
 
 namespace tapestry::nn {
 namespace detail {
-
 /// Loops over a box, with the strides of both tensors along each axis.
 [[nodiscard]] inline LoopNest<2> box_nest(const Shape& extents, const std::vector<std::ptrdiff_t>& from,
                                           const std::vector<std::ptrdiff_t>& to) {
@@ -221,5 +220,4 @@ void add_view_operators(OperatorTable<T>& table) {
   table["Expand"] = {LayoutRule::any, 1, false, {{2, 2}}, detail::make_expand<T>};
   table["Tile"] = {LayoutRule::any, 1, false, {{2, 2}}, detail::make_tile<T>};
 }
-
 }  // namespace tapestry::nn

@@ -2,7 +2,6 @@
 #include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::nn {
-
 /// Facts of a named value once a network's inputs have their extents.
 struct ValueFacts {
   Shape shape{};
@@ -179,5 +178,4 @@ template <class Value>
 /// \param in_float  weights that are computed are kept in single precision, for a network in float
 [[nodiscard]] NetworkDescription simplified(NetworkDescription description, const NetworkFacts& facts,
                                             bool in_float = false);
-
 }  // namespace tapestry::nn

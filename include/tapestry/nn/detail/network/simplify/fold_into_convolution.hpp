@@ -3,7 +3,6 @@
 
 namespace tapestry::nn {
 namespace detail {
-
 /// The slope of a LeakyRelu, or of a PRelu applied to `value` with one slope for all channels; otherwise NaN.
 [[nodiscard]] inline double common_slope(const EditableGraph& graph, const Node& node,
                                          const std::string& value) {
@@ -92,7 +91,6 @@ inline void fuse_convolutions(EditableGraph& graph) {
 }
 
 namespace detail {
-
 /// y = factor · x + shift for each channel.
 struct ChannelScaling {
   std::vector<double> factor{};
@@ -263,5 +261,4 @@ inline bool fold_scaling(EditableGraph& graph, std::size_t i) {
 inline void fold_scalings(EditableGraph& graph) {
   for (std::size_t i = 0; i < graph.size(); ++i) detail::fold_scaling(graph, i);
 }
-
 }  // namespace tapestry::nn

@@ -4,7 +4,6 @@
 
 namespace tapestry::nn {
 namespace detail {
-
 /// The other operand of a node with two operands, one of them `value`.
 [[nodiscard]] inline const std::string& other_operand(const Node& node, const std::string& value) {
   return node.inputs[node.inputs[0] == value ? 1 : 0];
@@ -179,5 +178,4 @@ inline void merge_patterns(EditableGraph& graph) {
     detail::merge_pad(graph, i);
   }
 }
-
 }  // namespace tapestry::nn

@@ -4,7 +4,6 @@
 
 namespace tapestry::nn {
 namespace detail {
-
 [[nodiscard]] inline bool has_axis(const Node& node, std::int64_t axis, std::size_t rank) {
   const std::int64_t own = attribute_of<std::int64_t>(node, "axis", 0);
   return own == axis || own + static_cast<std::int64_t>(rank) == axis;
@@ -154,5 +153,4 @@ inline void merge_views(EditableGraph& graph) {
     detail::merge_flattening(graph, i);
   }
 }
-
 }  // namespace tapestry::nn
