@@ -18,18 +18,9 @@ using namespace tapestry;
 namespace {
 using Texels = Array<float, 2>;
 
-double dot(const Texels& a, const Texels& b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    sum += static_cast<double>(a.data()[i]) * static_cast<double>(b.data()[i]);
-  return sum;
-}
-void add(Texels& to, double factor, const Texels& from) {
-  for (std::size_t i = 0; i < to.size(); ++i) to.data()[i] += static_cast<float>(factor) * from.data()[i];
-}
-void scale(Texels& x, double factor) {
-  for (float& entry : x.storage()) entry *= static_cast<float>(factor);
-}
+double dot(const Texels& a, const Texels& b) { return xt::sum(xt::cast<double>(a) * b)(); }
+void add(Texels& to, double factor, const Texels& from) { to += static_cast<float>(factor) * from; }
+void scale(Texels& x, double factor) { x *= static_cast<float>(factor); }
 
 /// Extreme eigenvalues of a symmetric operator, ascending, from `steps` products. \param start  not zero
 template <class Product>
@@ -69,62 +60,70 @@ Texels newton_step(const Product& product, const Texels& gradient, double dampin
   }
   return dot(step, step) > 0 ? step : gradient;
 }
+/// The loss of a car in a photograph by its paint, on a tape of numbers or of duals.
+struct LossOfPaint {
+  detect::Detector<float> detector;
+  raster::PaintedMesh car;
+  std::vector<std::shared_ptr<const raster::CompactOperator<float>>> views{};
+  std::vector<image::Backdrop<float>> backdrops{};
+  std::vector<loss::Target> targets{};
+
+  LossOfPaint(const std::filesystem::path& weights, const std::string& assets)
+      : detector(io::read_detector<float>(
+            {.weights = weights,
+             .config = io::is_onnx(weights) ? "" : std::filesystem::path(weights).replace_extension("cfg")})),
+        car(raster::painted(io::read_obj(assets + "car_sedan.obj").mesh, {.material = "body"})) {
+    const auto frame = io::read_frame(assets + "frames/test/027.npz");
+    views.push_back(std::make_shared<const raster::CompactOperator<float>>(raster::compacted(
+        raster::texture_operator<float>(car, *frame.camera, detector.input_height(), detector.input_width(),
+                                        io::frame_light(frame, car.space)))));
+    backdrops.emplace_back(image::from_bytes<float>(frame.image), views[0]);
+    targets.push_back({frame.label->class_index, frame.label->box});
+  }
+  template <class Paint>
+  auto operator()(const Paint& paint) const {
+    const Paint colours = (tanh(paint) + 1.0F) / 2.0F;
+    const auto drawn = raster::render(views, image::linearised(colours));
+    const auto logits = detect::forward(detector, image::over(drawn, backdrops, car.space));
+    const auto kind = loss::AdversarialLoss::max_score;
+    return loss::adversarial(detector, logits, std::span(targets), kind).total;
+  }
+};
+
+Texels product_of(const LossOfPaint& loss, const Texels& at, const Texels& along) {
+  return std::get<0>(hessian_product(loss, at, along).product);
+}
+Texels gradient_of(const LossOfPaint& loss, const Texels& at) {
+  Tape<float> tape;
+  const auto scope = tape.activate();
+  const auto input = tape.input(at);
+  tape.reverse(loss(input));
+  return input.adjoint();
+}
 }  // namespace
 
 int main(int argc, char** argv) {
   const std::string assets = TAPESTRY_ASSETS "/";
-  const std::filesystem::path weights = argc > 1 ? argv[1] : assets + "detector.weights";
-  auto config = weights;
-  const auto detector = io::read_detector<float>(
-      {.weights = weights, .config = io::is_onnx(weights) ? "" : config.replace_extension("cfg")});
-  const auto car = raster::painted(io::read_obj(assets + "car_sedan.obj").mesh, {.material = "body"});
-  const auto frame = io::read_frame(assets + "frames/test/027.npz");
-  const std::vector views{std::make_shared<const raster::CompactOperator<float>>(raster::compacted(
-      raster::texture_operator<float>(car, *frame.camera, detector.input_height(), detector.input_width(),
-                                      io::frame_light(frame, car.space))))};
-  const std::vector<image::Backdrop<float>> backdrops{{image::from_bytes<float>(frame.image), views[0]}};
-  const std::vector<loss::Target> targets{{frame.label->class_index, frame.label->box}};
-
-  const auto loss_of = [&](const auto& paint) {  // on a tape of numbers or of duals
-    const std::remove_cvref_t<decltype(paint)> colours = (tanh(paint) + 1.0F) / 2.0F;
-    const auto pictures =
-        image::over(raster::render(views, image::linearised(colours)), backdrops, car.space);
-    return loss::adversarial(detector, detect::forward(detector, pictures), std::span(targets),
-                             loss::AdversarialLoss::max_score)
-        .total;
+  const LossOfPaint loss(argc > 1 ? argv[1] : assets + "detector.weights", assets);
+  const auto loss_at = [&](const Texels& at) {
+    return static_cast<double>(loss(ArrayVariable<float, 2>(at)).value());
   };
-  const auto derivatives = [&](const Texels& at, const Texels& along) {
-    return hessian_product(loss_of, at, along);
-  };
-  const auto paint = zeros<float, 2>({car.layout.texel_count(car.mesh), 3});  // mid grey
-  const auto [value, gradient, unused] = derivatives(paint, paint);
-  const auto eigenvalues = lanczos(
-      [&](const Texels& v) { return std::get<0>(derivatives(paint, v).product); }, std::get<0>(gradient), 24);
-  std::printf("loss %.4f, largest eigenvalues", static_cast<double>(value));
+  const auto paint = zeros<float, 2>({loss.car.layout.texel_count(loss.car.mesh), 3});  // mid grey
+  const auto eigenvalues =
+      lanczos([&](const Texels& v) { return product_of(loss, paint, v); }, gradient_of(loss, paint), 24);
+  std::printf("loss %.4f, largest eigenvalues", loss_at(paint));
   for (Eigen::Index i = 1; i <= std::min<Eigen::Index>(5, eigenvalues.size()); ++i)
     std::printf(" %.3g", eigenvalues[eigenvalues.size() - i]);
   std::printf(", smallest %.3g\n", eigenvalues[0]);
 
-  constexpr int newton_steps = 6, products = 8;
-  Texels by_newton = paint, by_adam = paint;
-  for (int i = 0; i < newton_steps; ++i) {
-    const auto slope = std::get<0>(derivatives(by_newton, paint).gradient);
-    const auto step =
-        newton_step([&](const Texels& v) { return std::get<0>(derivatives(by_newton, v).product); }, slope,
-                    0.05 * eigenvalues[eigenvalues.size() - 1], products);
-    add(by_newton, -1, step);
-  }
+  constexpr int newton_steps = 6, products = 8, gradients = newton_steps * (2 * products + 1);
+  Texels by_newton = paint, by_adam = paint;  // a product costs about two gradients
+  for (int i = 0; i < newton_steps; ++i)
+    add(by_newton, -1,
+        newton_step([&](const Texels& v) { return product_of(loss, by_newton, v); },
+                    gradient_of(loss, by_newton), 0.05 * eigenvalues[eigenvalues.size() - 1], products));
   optim::Adam<float> adam(by_adam.size(), {});
-  for (int i = 0; i < 2 * newton_steps * (products + 1); ++i) {  // a product costs about two gradients
-    Tape<float> tape;
-    const auto scope = tape.activate();
-    const auto input = tape.input(by_adam);
-    tape.reverse(loss_of(input));
-    adam.step(by_adam, input.adjoint());
-  }
-  const auto loss_at = [&](const Texels& at) {
-    return static_cast<double>(loss_of(ArrayVariable<float, 2>(at)).value());
-  };
-  std::printf("loss after the cost of %d gradients: Newton %.4f, Adam %.4f\n",
-              2 * newton_steps * (products + 1), loss_at(by_newton), loss_at(by_adam));
+  for (int i = 0; i < gradients; ++i) adam.step(by_adam, gradient_of(loss, by_adam));
+  std::printf("loss after the cost of %d gradients: Newton %.4f, Adam %.4f\n", gradients, loss_at(by_newton),
+              loss_at(by_adam));
 }

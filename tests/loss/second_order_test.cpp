@@ -10,18 +10,21 @@ using namespace tapestry;
 using loss::AdversarialLoss;
 using test::hessian_product_error, test::number, test::random_array;
 
+namespace {
+struct OwnHeads : test::TinyHeads {
+  std::vector<detect::Head> all;
+  explicit OwnHeads(std::vector<detect::Head> own) : all(std::move(own)) {}
+  [[nodiscard]] const std::vector<detect::Head>& heads() const { return all; }
+};
+}  // namespace
+
 TEST_CASE("adversarial losses have the Hessians that differences of their gradients give",
           "[loss][second_order]") {
   using enum detect::DecodeFamily;
   const auto family = GENERATE(darknet, ultralytics, yolox, distance);
   const auto kind = GENERATE(AdversarialLoss::paper, AdversarialLoss::max_score, AdversarialLoss::vanish);
   const bool is_exclusive = family == darknet && GENERATE(false, true);
-  struct {
-    std::vector<detect::Head> all;
-    [[nodiscard]] const std::vector<detect::Head>& heads() const { return all; }
-    [[nodiscard]] static std::size_t input_height() { return 64; }
-    [[nodiscard]] static std::size_t input_width() { return 96; }
-  } detector{test::TinyHeads(family).heads()};
+  OwnHeads detector(test::TinyHeads(family).heads());
   for (auto& head : detector.all) {
     head.exclusive_classes = is_exclusive;
     if (family == distance) head.bins = 8;
@@ -45,13 +48,8 @@ TEST_CASE("a sure find, an overflowing extent, no meeting box and as_coded in se
   const auto product = [&](double level, AdversarialLoss kind, const detect::Box& box) {
     const std::vector<loss::Target> car{{0, box}};
     const auto f = [&](const auto& coarse) {
-      struct {
-        std::vector<detect::Head> all;
-        [[nodiscard]] const std::vector<detect::Head>& heads() const { return all; }
-        [[nodiscard]] static std::size_t input_height() { return 64; }
-        [[nodiscard]] static std::size_t input_width() { return 96; }
-      } one{{detector.heads()[0]}};
-      return loss::adversarial(one, std::vector{coarse}, std::span(car), kind).total;
+      return loss::adversarial(OwnHeads{{detector.heads()[0]}}, std::vector{coarse}, std::span(car), kind)
+          .total;
     };
     auto logits = detector.logits<double>(1, 3, -1, 1)[0];
     for (double& logit : logits.storage()) logit += level;

@@ -136,53 +136,64 @@ ArrayVariable<T, 4> over(const std::vector<ArrayVariable<T, 3>>& premultiplied,
   return record_array(std::shared_ptr<const Array<T, 4>>(batch), pullback, premultiplied);
 }
 
+namespace detail {
+/// Slopes of a picture laid over a backdrop by its values, and of its tangent ("bend").
+template <std::floating_point T>
+struct TangentOver {
+  PixelWindow place;
+  Array<T, 3> slope, bend;
+
+  TangentOver(const Backdrop<T>& backdrop, const Array<T, 3>& at, const Array<T, 3>& along, ColourSpace space)
+      : place(
+            place_of("over", *backdrop.coverage, backdrop.background->shape(), backdrop.top, backdrop.left)),
+        slope(zeros<T, 3>(at.shape())),
+        bend(zeros<T, 3>(at.shape())) {
+    with_overlay(space, [&](auto overlay) {
+      for_each_element(*backdrop.background, [&](std::size_t i, std::size_t j) {
+        const T covered = backdrop.coverage->data()[i / at.shape(2)], behind = backdrop.background->data()[j];
+        if (covered == 0) return;
+        const T p = at.data()[i];
+        slope.data()[i] = overlay.slope(p, covered, behind, overlay.value(p, covered, behind));
+        bend.data()[i] = overlay.curvature(p, covered, behind, slope.data()[i]) * along.data()[i];
+      });
+    });
+  }
+  /// Calls visit(element of the front, element of the picture) for a picture [H, W, C] of this size.
+  template <class Visit>
+  void for_each_element(const Array<T, 3>& picture, Visit visit) const {
+    for_each_covered_pixel(place, picture.shape(1), [&, c = picture.shape(2)](std::size_t i, std::size_t j) {
+      for (std::size_t channel = 0; channel < c; ++channel) visit(i * c + channel, j * c + channel);
+    });
+  }
+};
+}  // namespace detail
+
 template <std::floating_point T>
 ArrayVariable<T, 4> over_tangent(const std::vector<ArrayVariable<T, 3>>& premultiplied,
                                  const std::vector<ArrayVariable<T, 3>>& tangents,
                                  const std::vector<Backdrop<T>>& backdrops, ColourSpace space) {
-  const Extents<3> extents = backdrops.front().background->shape();
-  auto batch = zeros<T, 4>({backdrops.size(), extents[0], extents[1], extents[2]});
-  const std::size_t size = backdrops.front().background->size();
-  struct View {
-    PixelWindow place;
-    Array<T, 3> slope, bend;  // bend: the tangent's derivative by the premultiplied value
-  };
-  std::vector<View> views;
-  // Calls visit(element of the front, element of the batch).
-  const auto for_each_element = [extents, size](const PixelWindow& place, std::size_t n, auto visit) {
-    detail::for_each_covered_pixel(place, extents[1], [&](std::size_t front, std::size_t back) {
-      for (std::size_t c = 0; c < extents[2]; ++c)
-        visit(front * extents[2] + c, n * size + back * extents[2] + c);
-    });
-  };
+  const auto photo = backdrops.front().background;
+  auto batch = zeros<T, 4>({backdrops.size(), photo->shape(0), photo->shape(1), photo->shape(2)});
+  std::vector<detail::TangentOver<T>> views;
   for (std::size_t n = 0; n < backdrops.size(); ++n) {
-    const auto& [background, coverage, top, left] = backdrops[n];
-    const Array<T, 3>&at = premultiplied[n].value(), &along = tangents[n].value();
-    View view{detail::place_of("over", *coverage, extents, top, left), zeros<T, 3>(at.shape()),
-              zeros<T, 3>(at.shape())};
-    detail::with_overlay(space, [&, &shown = *background, &covered = *coverage](auto overlay) {
-      for_each_element(view.place, n, [&](std::size_t i, std::size_t j) {
-        const T cover = covered.data()[i / extents[2]], behind = shown.data()[j - n * size];
-        if (cover == 0) return;
-        const T p = at.data()[i];
-        const T slope = overlay.slope(p, cover, behind, overlay.value(p, cover, behind));
-        batch.data()[j] = slope * along.data()[i];
-        view.slope.data()[i] = slope;
-        view.bend.data()[i] = overlay.curvature(p, cover, behind, slope) * along.data()[i];
-      });
-    });
-    views.push_back(std::move(view));
+    const Array<T, 3>& along = tangents[n].value();
+    views.emplace_back(backdrops[n], premultiplied[n].value(), along, space);
+    views[n].for_each_element(*photo,
+                              [&, to = batch.data() + n * photo->size()](std::size_t i, std::size_t j) {
+                                to[j] = views[n].slope.data()[i] * along.data()[i];
+                              });
   }
-  const auto pullback = [views = std::move(views), for_each_element](
-                            const Array<T, 4>& adjoint, const std::vector<Array<T, 3>*>& of_pictures,
-                            const std::vector<Array<T, 3>*>& of_tangents) {
+  const auto pullback = [views = std::move(views), photo](const Array<T, 4>& adjoint,
+                                                          const std::vector<Array<T, 3>*>& of_pictures,
+                                                          const std::vector<Array<T, 3>*>& of_tangents) {
     for (std::size_t n = 0; n < views.size(); ++n)
-      for_each_element(views[n].place, n, [&](std::size_t i, std::size_t j) {
-        if (of_pictures[n] != nullptr)
-          of_pictures[n]->data()[i] += views[n].bend.data()[i] * adjoint.data()[j];
-        if (of_tangents[n] != nullptr)
-          of_tangents[n]->data()[i] += views[n].slope.data()[i] * adjoint.data()[j];
-      });
+      views[n].for_each_element(*photo,
+                                [&, g = adjoint.data() + n * photo->size()](std::size_t i, std::size_t j) {
+                                  if (of_pictures[n] != nullptr)
+                                    of_pictures[n]->data()[i] += views[n].bend.data()[i] * g[j];
+                                  if (of_tangents[n] != nullptr)
+                                    of_tangents[n]->data()[i] += views[n].slope.data()[i] * g[j];
+                                });
   };
   return record_array(std::move(batch), pullback, premultiplied, tangents);
 }
