@@ -1,6 +1,6 @@
 #pragma once
-#include <chrono>
 #include <tapestry/core/parallel.hpp>
+#include <tapestry/core/platform/memory.hpp>
 #include "command_line.hpp"
 #include "formatted.hpp"
 #include "output_claim.hpp"
