@@ -67,7 +67,6 @@ struct LossOfPaint {
   std::vector<std::shared_ptr<const raster::CompactOperator<float>>> views{};
   std::vector<image::Backdrop<float>> backdrops{};
   std::vector<loss::Target> targets{};
-
   LossOfPaint(const std::filesystem::path& weights, const std::string& assets)
       : detector(io::read_detector<float>(
             {.weights = weights,
@@ -101,7 +100,6 @@ Texels gradient_of(const LossOfPaint& loss, const Texels& at) {
   return input.adjoint();
 }
 }  // namespace
-
 int main(int argc, char** argv) {
   const std::string assets = TAPESTRY_ASSETS "/";
   const LossOfPaint loss(argc > 1 ? argv[1] : assets + "detector.weights", assets);
@@ -115,7 +113,6 @@ int main(int argc, char** argv) {
   for (Eigen::Index i = 1; i <= std::min<Eigen::Index>(5, eigenvalues.size()); ++i)
     std::printf(" %.3g", eigenvalues[eigenvalues.size() - i]);
   std::printf(", smallest %.3g\n", eigenvalues[0]);
-
   constexpr int newton_steps = 6, products = 8, gradients = newton_steps * (2 * products + 1);
   Texels by_newton = paint, by_adam = paint;  // a product costs about two gradients
   for (int i = 0; i < newton_steps; ++i)

@@ -238,7 +238,7 @@ for words in "--epochs -1" "--epochs 18446744073709551615" "--batch -4" "--batch
   [ "$option" != "batch 1" ] || option="worst-views 0.5"
   expect_error_line "^error: --${option% *}"
 done
-expect_refusal 8 "^error: out of memory: more than 40 MiB are needed" "too little memory" "$camouflage" "${brief[@]}" --memory-mib 40 \
+expect_refusal 8 "^error: out of memory: more than 20 MiB are needed" "too little memory" "$camouflage" "${brief[@]}" --memory-mib 20 \
   --output little
 expect_exit 2 "an empty name" "$camouflage" --mesh "" --output senseless
 for words in "--material --output senseless" "--mesh --output senseless" "--class --resume" "--output --check"; do

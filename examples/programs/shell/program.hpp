@@ -18,8 +18,8 @@ inline std::uint64_t memory_limit = 0;
 inline void limit_memory(std::uint64_t mib) {
   memory_limit = mib > 0 ? mib << 20U : platform::machine_memory() / 8 * 7;
   if (memory_limit > 0) platform::limit_memory(memory_limit, static_cast<unsigned>(tapestry::thread_count()));
+  static auto& pool = platform::PagePool::shared();  // made before an allocation can fail
   std::set_new_handler([] {
-    auto& pool = platform::PagePool::shared();
     if (pool.use().kept == 0) throw std::bad_alloc();
     pool.release();
   });
@@ -46,7 +46,6 @@ inline void print_warnings(const std::vector<std::string>& warnings) {
 template <class Body>
 int run_program(CLI::App& app, int argc, char** argv, Body body) {
   std::signal(SIGXFSZ, SIG_IGN);
-  limit_memory(0);
   const Ranks& ranks = Ranks::all();
   const auto fail = [&](const std::string& what, int code) {
     if (ranks.is_first())
@@ -58,6 +57,7 @@ int run_program(CLI::App& app, int argc, char** argv, Body body) {
     return code;
   };
   try {
+    limit_memory(0);
     const int settled = parse_arguments(app, argc, argv);
     const auto start = std::chrono::steady_clock::now();
     const int code = settled >= 0 ? settled : body();

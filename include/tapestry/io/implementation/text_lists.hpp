@@ -1,5 +1,5 @@
 #pragma once
-#include <map>
+#include <set>
 #include <tapestry/core/in_quotes.hpp>
 #include <tapestry/io/detail/number_formats.hpp>
 #include <tapestry/io/file_source.hpp>
@@ -129,7 +129,9 @@ std::vector<std::string> read_class_names(const std::string& path, std::size_t c
   const std::string text = read_text_file(path, std::uint64_t(1) << 22U);
   TextLines lines(text, path, 1000);
   std::vector<std::string> names;
-  std::map<std::string, std::size_t> lines_of;
+  std::vector<std::size_t> lines_of;
+  const auto is_before = [&names](std::size_t a, std::size_t b) { return names[a] < names[b]; };
+  std::set<std::size_t, decltype(is_before)> known(is_before);  // numbers of names
   std::size_t empty_line = 0;
   while (lines.next()) {
     const std::string_view name = lines.rest_of_line();
@@ -138,11 +140,11 @@ std::vector<std::string> read_class_names(const std::string& path, std::size_t c
       continue;
     }
     if (empty_line != 0) lines.fail_at(empty_line, "empty line between class names", "a name");
-    const auto [first, is_new] = lines_of.try_emplace(std::string(name), lines.number());
-    if (!is_new)
-      lines.fail("class name " + in_quotes(name) + " is repeated", "",
-                 "line " + std::to_string(first->second), ErrorKind::mismatch);
     names.emplace_back(name);
+    lines_of.push_back(lines.number());
+    if (const auto [first, is_new] = known.insert(names.size() - 1); !is_new)
+      lines.fail("class name " + in_quotes(name) + " is repeated", "",
+                 "line " + std::to_string(lines_of[*first]), ErrorKind::mismatch);
   }
   if (names.empty()) lines.fail_at(0, "no class names", "one name a line", "none");
   if (class_count != 0 && names.size() != class_count)
