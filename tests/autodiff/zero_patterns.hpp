@@ -1,7 +1,6 @@
 #pragma once
 #include <Eigen/LU>
 #include <tapestry/autodiff/eigen.hpp>
-
 #include "../support/active_tape.hpp"
 #include "../support/catch.hpp"
 

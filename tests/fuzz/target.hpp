@@ -1,7 +1,6 @@
 #pragma once
 #include <functional>
 #include <tapestry/core/error.hpp>
-
 #include "../support/temporary_folder.hpp"
 
 namespace tapestry::fuzz {

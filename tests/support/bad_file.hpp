@@ -1,7 +1,6 @@
 #pragma once
 #include <tapestry/core/error.hpp>
 #include <vector>
-
 #include "catch.hpp"
 
 namespace tapestry::test {

@@ -2,7 +2,6 @@
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
-
 #include "paths.hpp"
 
 namespace tapestry::test {

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/raster/geometry_picture.hpp>
-
 #include "column_picture.hpp"
 #include "gradient_scoring.hpp"
 #include "paint.hpp"

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/detect/detector.hpp>
-
 #include "catch.hpp"
 #include "paths.hpp"
 #include "raw_numbers.hpp"

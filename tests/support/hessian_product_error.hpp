@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/autodiff/array_derivatives.hpp>
-
 #include "random_array.hpp"
 
 namespace tapestry::test {

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/detect/darknet_model.hpp>
-
 #include "catch.hpp"
 #include "random_array.hpp"
 

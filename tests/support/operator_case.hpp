@@ -2,7 +2,6 @@
 #include <tapestry/core/random.hpp>
 #include <tapestry/nn/detail/layout.hpp>
 #include <tapestry/nn/network/network.hpp>
-
 #include "catch.hpp"
 #include "finite_difference.hpp"
 

@@ -1,7 +1,6 @@
 #pragma once
 #include <tapestry/core/random.hpp>
 #include <tapestry/nn/network/network.hpp>
-
 #include "relative_distance.hpp"
 
 namespace tapestry::test {

@@ -1,7 +1,6 @@
 #pragma once
 #include <tapestry/autodiff/gradient_check.hpp>
 #include <tapestry/camouflage/objective.hpp>
-
 #include "active_tape.hpp"
 #include "catch.hpp"
 

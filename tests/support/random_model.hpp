@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/detect/darknet_model.hpp>
-
 #include "cfg_text.hpp"
 
 namespace tapestry::test {

@@ -1,6 +1,5 @@
 #pragma once
 #include <iterator>
-
 #include "random_network_parts.hpp"
 
 namespace tapestry::test {

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/core/error.hpp>
-
 #include "catch.hpp"
 
 namespace tapestry::test {

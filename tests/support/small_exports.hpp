@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/nn/network/description.hpp>
-
 #include "random_array.hpp"
 
 namespace tapestry::test {

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/core/parallel.hpp>
-
 #include "catch.hpp"
 
 namespace tapestry::test {

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/detect/head.hpp>
-
 #include "random_array.hpp"
 
 namespace tapestry::test {

@@ -1,6 +1,5 @@
 #pragma once
 #include <tapestry/raster/detail/vertex_gradient.hpp>
-
 #include "paint.hpp"
 #include "random_array.hpp"
 #include "simple_mesh.hpp"

@@ -39,6 +39,7 @@ template <std::floating_point T>
 /// \throws ShapeError as batch_of()
 template <std::floating_point T>
 [[nodiscard]] ArrayVariable<T, 4> batch_of(const std::vector<ArrayVariable<T, 3>>& pictures);
+/// The same on a tape of duals.
 template <DualNumber D>
 [[nodiscard]] ArrayVariable<D, 4> batch_of(const std::vector<ArrayVariable<D, 3>>& pictures) {
   return record_linear([](const auto& x) { return batch_of(x); }, pictures);

@@ -31,6 +31,7 @@ template <std::floating_point T, std::size_t Rank>
   return record_array(colours, pullback, light);
 }
 
+/// The same on a tape of duals.
 template <DualNumber D, std::size_t Rank>
 [[nodiscard]] ArrayVariable<D, Rank> linearised(const ArrayVariable<D, Rank>& colours) {
   const auto slope = []<class T>(T x) { return linearised_slope(x, linearised(x)); };
@@ -45,6 +46,7 @@ template <DualNumber D, std::size_t Rank>
       colours);
 }
 
+/// The same on a tape of duals.
 template <DualNumber D, std::size_t Rank>
 [[nodiscard]] ArrayVariable<D, Rank> encoded(const ArrayVariable<D, Rank>& light) {
   const auto slope = []<class T>(T x) { return encoded_slope(x, encoded(x)); };

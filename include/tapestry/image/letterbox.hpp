@@ -115,6 +115,7 @@ template <std::floating_point T>
   return record_array(fitted(picture.value(), height, width, fit), pullback, picture);
 }
 
+/// The same on a tape of duals.
 template <DualNumber D>
 [[nodiscard]] ArrayVariable<D, 3> fitted(const ArrayVariable<D, 3>& picture, std::size_t height,
                                          std::size_t width, const Fit& fit) {

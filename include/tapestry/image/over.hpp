@@ -209,6 +209,7 @@ template <std::floating_point T>
                                                const std::vector<ArrayVariable<T, 3>>& tangents,
                                                const std::vector<Backdrop<T>>& backdrops, ColourSpace space);
 
+/// The same on a tape of duals.
 template <DualNumber D>
 [[nodiscard]] ArrayVariable<D, 4> over(const std::vector<ArrayVariable<D, 3>>& premultiplied,
                                        const std::vector<Backdrop<typename D::value_type>>& backdrops,

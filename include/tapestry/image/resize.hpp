@@ -38,6 +38,7 @@ template <std::floating_point T>
   return record_array(resize_bilinear(picture.value(), height, width), pullback, picture);
 }
 
+/// The same on a tape of duals.
 template <DualNumber D>
 [[nodiscard]] ArrayVariable<D, 3> resize_bilinear(const ArrayVariable<D, 3>& picture, std::size_t height,
                                                   std::size_t width) {

@@ -47,6 +47,7 @@ template <std::floating_point T>
 [[nodiscard]] Variable<T> cross_entropy(const ArrayVariable<T, 4>& logits,
                                         std::shared_ptr<const Array<T, 4>> wanted);
 
+/// The same on a tape of duals.
 template <DualNumber D>
 [[nodiscard]] Variable<D> binary_cross_entropy(
     const ArrayVariable<D, 4>& logits,
@@ -56,6 +57,7 @@ template <DualNumber D>
   };
   return record_tangent(tangent, logits);
 }
+/// The same on a tape of duals.
 template <DualNumber D>
 [[nodiscard]] Variable<D> cross_entropy(
     const ArrayVariable<D, 4>& logits,

@@ -211,6 +211,7 @@ template <std::floating_point T>
   return record_scalar(static_cast<T>(total), pullback, pictures);
 }
 
+/// The same on a tape of duals.
 template <DualNumber D>
 [[nodiscard]] Variable<D> smoothness(const ArrayVariable<D, 4>& pictures,
                                      const std::vector<PlacedMask<typename D::value_type>>& masks) {
@@ -234,6 +235,7 @@ template <std::floating_point T>
   return record_scalar(value, pullback, texels);
 }
 
+/// The same on a tape of duals.
 template <DualNumber D>
 [[nodiscard]] Variable<D> atlas_smoothness(
     const ArrayVariable<D, 2>& texels, const std::shared_ptr<const Array<typename D::value_type, 2>>& used) {

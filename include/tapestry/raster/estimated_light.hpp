@@ -2,8 +2,8 @@
 #include <tapestry/raster/clear_coat.hpp>
 
 namespace tapestry::raster {
-inline constexpr std::size_t height_band_count = 4;
-using HeightBands = std::array<double, height_band_count>;
+inline constexpr std::size_t height_band_count = 4;         ///< of the sky's heights
+using HeightBands = std::array<double, height_band_count>;  ///< one number a band
 
 /// Shares of the heights 1/4, 1/2, 3/4 and 1 in a height of a direction of length 1: linear between them, 0
 /// at the horizon and below.

@@ -214,6 +214,7 @@ template <std::floating_point T>
 
 template <std::floating_point T>
 void render(const TextureOperator<T>&&, const ArrayVariable<T, 2>&) = delete;  // it would be gone
+/// The same on a tape of duals.
 template <DualNumber D>
 [[nodiscard]] ArrayVariable<D, 3> render(const TextureOperator<typename D::value_type>& picture,
                                          const ArrayVariable<D, 2>& texels) {
@@ -277,6 +278,7 @@ template <std::floating_point T>
     const std::vector<std::shared_ptr<const CompactOperator<T>>>& pictures,
     const ArrayVariable<T, 2>& texels);
 
+/// The same on a tape of duals.
 template <DualNumber D>
 [[nodiscard]] std::vector<ArrayVariable<D, 3>> render(
     const std::vector<std::shared_ptr<const CompactOperator<typename D::value_type>>>& pictures,

@@ -3,7 +3,6 @@
 #include <iomanip>
 #include <random>
 #include <sstream>
-
 #include "array_steps.hpp"
 
 namespace tapestry::test {

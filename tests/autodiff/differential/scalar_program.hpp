@@ -3,7 +3,6 @@
 #include <iomanip>
 #include <random>
 #include <sstream>
-
 #include "scalar_steps.hpp"
 
 namespace tapestry::test {

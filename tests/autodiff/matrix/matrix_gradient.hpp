@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/array_functions.hpp>
 #include <tapestry/autodiff/eigen.hpp>
 #include <tapestry/core/random.hpp>
-
 #include "../../support/active_tape.hpp"
 #include "../../support/catch.hpp"
 #include "../../support/finite_difference.hpp"

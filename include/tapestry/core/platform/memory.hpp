@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <vector>
 #if defined(_WIN32)
 #include <malloc.h>
 #elif defined(__linux__)

@@ -175,6 +175,7 @@ class BmpReader : PictureBytes {
 };
 }  // namespace detail
 
+/// Whether a file begins as BMP files do.
 [[nodiscard]] inline bool is_bmp(std::string_view file) { return file.starts_with("BM"); }
 
 /// Decodes a BMP of run lengths of 4 or 8 bits, see unpacked_bmp_runs(), or an uncompressed one of 1, 4 or 8

@@ -101,6 +101,7 @@ struct GatherArguments {
 template <std::floating_point T>
 using ElementIndex = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
 
+/// Arguments of a kernel of MaxPool.
 template <std::floating_point T>
 struct MaxPoolArguments {
   const T* in;  ///< the window's first pixel
@@ -141,6 +142,7 @@ struct WinogradFilterArguments {
   std::size_t point_step;
 };
 
+/// Arguments of a transform of input tiles.
 template <std::floating_point T>
 struct WinogradInputArguments {
   const T* const* pixels;  ///< pixels of the tile by rows, each readable to a whole vector

@@ -2,6 +2,7 @@
 #include <tapestry/raster/detail/fragment_shader.hpp>
 
 namespace tapestry::raster {
+/// Colour and coverage of a view.
 template <std::floating_point T>
 struct TexturedPicture {
   Array<T, 3> colour;                ///< [H, W, 3], lit colour times coverage, row 0 on top

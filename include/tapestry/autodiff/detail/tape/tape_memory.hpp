@@ -2,7 +2,6 @@
 #include <tapestry/autodiff/detail/tape/page_memory.hpp>
 #include <tapestry/autodiff/detail/tape/statement.hpp>
 #include <tapestry/core/error.hpp>
-#include <vector>
 
 namespace tapestry::detail {
 /// Place of a tape's next statement. One without memory has no room.

@@ -4,6 +4,7 @@
 #include <vector>
 
 namespace tapestry::evaluate {
+/// An element: its name, text and elements.
 struct XmlElement {
   std::string name{};
   std::string text{};  ///< text of the element itself, without blanks around it

@@ -3,6 +3,7 @@
 #include <tapestry/nn/network/description.hpp>
 
 namespace tapestry::io {
+/// An attribute and its name.
 struct NamedAttribute {
   std::string name;
   nn::Attribute value;
@@ -125,6 +126,7 @@ class AttributeReader {
   return detail::AttributeReader(message, external, records).read();
 }
 
+/// A node and where it stands.
 struct PlacedNode {
   nn::Node node;
   std::uint64_t position = 0;  ///< byte of the file

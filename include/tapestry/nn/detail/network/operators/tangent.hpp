@@ -117,6 +117,7 @@ template <std::floating_point T>
 }
 }  // namespace detail
 
+/// Adds Tangent and TangentPool.
 template <std::floating_point T>
 void add_tangent(OperatorTable<T>& table) {
   table["Tangent"] = {LayoutRule::any, 2, false, {{2, 4}}, detail::make_tangent<T>};
