@@ -2,6 +2,7 @@
 #include <set>
 #include <tapestry/core/error.hpp>
 #include <tapestry/io/detail/deflated_part.hpp>
+#include <vector>
 
 namespace tapestry::io {
 /// Limits on the content of a zip archive, checked before anything is allocated.
