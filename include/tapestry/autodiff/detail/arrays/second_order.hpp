@@ -54,7 +54,7 @@ template <detail::ArrayOfDuals X>
       [](const auto& at, const auto& along) {
         using Number = Variable<detail::ArrayScalarType<decltype(at)>>;
         const Number length = norm(at);
-        if (length.value() == 0) detail::note_kink(true);
+        if (length.value() == 0) return std::pair(length, Number(sum(at * along) * std::nan("")));
         return std::pair(length, Number(sum(at * along) / length));
       },
       detail::variable_of(x));
