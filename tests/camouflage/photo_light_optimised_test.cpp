@@ -284,7 +284,6 @@ TEST_CASE("photographs of one place have one light, judged on those that are lef
   CHECK(estimate->held_out->sun_turn_rad <= 0.087);  // 5 degrees
   CHECK(estimate->held_out->sun_change <= 0.1);
   CHECK_FALSE(light_of(frames[0], body)->held_out);
-
   std::vector<camouflage::ViewStore<float>::Loader> loaders;
   for (const io::Frame& frame : frames) loaders.push_back([&frame] { return frame; });
   for (const bool is_one_place : {false, true}) {
@@ -334,7 +333,6 @@ TEST_CASE("faces of another colour do not count, and an even sky leaves the sun 
   REQUIRE(estimate);
   CHECK(std::abs(estimate->other_share - static_cast<double>(others) / static_cast<double>(all)) <= 0.05);
   CHECK(estimate->error <= 0.02);
-
   light.sun = 0;
   light.sky = raster::uniform_sky(0.8);
   light.coat = raster::NeutralCoat{5, raster::uniform_sky(0.8), 0, {}};

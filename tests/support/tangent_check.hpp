@@ -6,7 +6,6 @@ namespace tapestry::test {
 class TangentCheck {
  public:
   using Numbers = std::vector<double>;
-
   /// Largest errors, each by the size of what is compared.
   struct Errors {
     double value = 0;     ///< of y
@@ -15,7 +14,6 @@ class TangentCheck {
     double second = 0;    ///< of the adjoint of x
     [[nodiscard]] double largest() const { return std::max({value, tangent, gradient, second}); }
   };
-
   /// \param x  values of the inputs, one behind the other
   /// \throws DomainError as Network::with_tangents(), or if an input holds no numbers
   TangentCheck(const nn::Network<double>& plain, Numbers x)
@@ -59,7 +57,6 @@ class TangentCheck {
   struct Run {
     Numbers results, adjoint;
   };
-
   /// ‖found − expected‖ by the larger of ‖expected‖, ‖scale‖ and 1; infinite for NaN.
   [[nodiscard]] static double distance(const Numbers& found, const Numbers& expected, const Numbers& scale) {
     double squares = 0, size = 1, other = 0;

@@ -1,6 +1,8 @@
 #pragma once
 /// \file
 /// The compiled part of io/ for float, for one source file of a program; see tapestry/implementation.hpp.
+#include <tapestry/io/implementation/png.hpp>  // first, for it must see stb before anyone else
+
 #include <tapestry/io/implementation/atomic_file.hpp>
 #include <tapestry/io/implementation/byte_image_file.hpp>
 #include <tapestry/io/implementation/darknet/model_file.hpp>
@@ -23,7 +25,6 @@
 #include <tapestry/io/implementation/onnx/onnx_file.hpp>
 #include <tapestry/io/implementation/onnx/onnx_writer.hpp>
 #include <tapestry/io/implementation/plain_mesh_writers.hpp>
-#include <tapestry/io/implementation/png.hpp>  // first, for it must see stb before anyone else
 #include <tapestry/io/implementation/read_detector.hpp>
 #include <tapestry/io/implementation/text_lists.hpp>
 /// \cond

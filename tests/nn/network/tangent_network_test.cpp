@@ -74,7 +74,6 @@ struct Moved {
   std::vector<double> weights, v, x = random_values(40, 23), u = random_values(40, 24),
                                   seeds = random_values(8, 25);
   std::vector<double> places{3, 4};
-
   std::vector<double> operator()(nn::Network<double>& network, double step) const {
     std::vector<double> moved = x, at = weights, found(x.size() + weights.size());
     for (std::size_t i = 0; i < x.size(); ++i) moved[i] += step * u[i];

@@ -1,5 +1,6 @@
 #pragma once
 #include <zlib.h>
+
 #include <tapestry/core/array.hpp>
 #include <tapestry/io/file_source.hpp>
 
