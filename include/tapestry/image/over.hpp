@@ -144,7 +144,7 @@ template <std::floating_point T>
                                        const ArrayVariable<T, 3>& background, std::size_t top = 0,
                                        std::size_t left = 0, ColourSpace space = ColourSpace::encoded);
 
-/// Of duals: in linear space the sum of light, which is then encoded.
+/// The same on a tape of duals. In linear space it adds light, and encodes the sum.
 template <DualNumber D>
 [[nodiscard]] ArrayVariable<D, 3> over(const ArrayVariable<D, 3>& premultiplied,
                                        const ArrayVariable<D, 2>& coverage,

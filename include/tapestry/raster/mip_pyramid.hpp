@@ -257,7 +257,7 @@ template <std::floating_point T>
                                                 const ArrayVariable<T, 2>& texels,
                                                 image::ColourSpace space = image::ColourSpace::encoded);
 
-/// Of duals: linear colours by their pyramid, which is a linear map.
+/// The same on a tape of duals, for the pyramid is a linear map of linear colours.
 template <DualNumber D>
 [[nodiscard]] ArrayVariable<D, 2> stored_texels(const std::shared_ptr<const MipPyramid>& pyramid,
                                                 const ArrayVariable<D, 2>& texels,

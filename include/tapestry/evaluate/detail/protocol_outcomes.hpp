@@ -2,7 +2,7 @@
 #include <tapestry/evaluate/meter.hpp>
 
 namespace tapestry::evaluate {
-/// What a frame of a protocol came to.
+/// Outcome of a frame of a protocol.
 enum class FrameState : std::uint8_t {
   pending = 0,
   measured = 1,

@@ -22,7 +22,7 @@ class TapedCandidate {
   [[nodiscard]] S logit(std::size_t channel) const {
     return element(logits_, {first_[0], first_[1] + channel, first_[2], first_[3]});
   }
-  /// As detect::class_logit().
+  /// The formula of detect::class_logit().
   [[nodiscard]] S class_logit(std::size_t k) const {
     std::vector<S> others;
     for (std::size_t j = 0; head_.exclusive_classes && j < head_.classes; ++j)
@@ -40,7 +40,7 @@ class TapedCandidate {
   }
 
  private:
-  /// As detect::decode_box().
+  /// The formula of detect::decode_box().
   [[nodiscard]] std::array<S, 4> box() const {
     const auto [x, y] = detect::detail::axes_of(head_, place_);
     const auto number = [](double value) { return static_cast<T>(value); };
@@ -58,13 +58,13 @@ class TapedCandidate {
             number(y.position(1)) * (offset(cy) + number(y.cell)), number(x.unit) * factor(w),
             number(y.unit) * factor(h)};
   }
-  /// As detect::centre_offset().
+  /// The formula of detect::centre_offset().
   [[nodiscard]] S offset(const S& at) const {
     if (head_.decode == detect::DecodeFamily::yolox) return at;
     if (head_.decode == detect::DecodeFamily::ultralytics) return T(2) * sigmoid(at) - T(0.5);
     return (sigmoid(at) - T(0.5)) * static_cast<T>(head_.scale_x_y) + T(0.5);
   }
-  /// As detect::extent_factor().
+  /// The formula of detect::extent_factor().
   [[nodiscard]] S factor(const S& at) const {
     if (head_.decode == detect::DecodeFamily::ultralytics) return T(4) * square(sigmoid(at));
     return exp(at.value() > D(T(detect::largest_extent_logit)) ? S(T(detect::largest_extent_logit)) : at);

@@ -23,9 +23,9 @@ template <DualNumber D>
   return D(0, tangents);
 }
 
-// What an operation on a tape of duals takes and gives, by parts: arrays and scalars of the numbers beneath.
-// part_on() makes an input of a tape of numbers of it, unless it is passive. add_part() adds the part k of an
-// adjoint, seed_part() begins a sweep with it, set_part() writes a result's.
+// Arguments and results of an operation on a tape of duals are taken apart into arrays and scalars of
+// numbers. part_on() makes an input of a tape of numbers of a part, unless it is passive. add_part() adds the
+// part k of an adjoint, seed_part() begins a sweep with it, joined() makes a result of its parts.
 
 template <class T, DualNumber D, std::size_t Rank>
 [[nodiscard]] ArrayVariable<T, Rank> part_on(Tape<T>& tape, const ArrayVariable<D, Rank>& x, std::size_t k) {
